@@ -6,7 +6,11 @@
 pub use crate::{GRAVITY, VERSION};
 
 pub mod batch {
-    pub use crate::batch::{Accounts, Error, Finished, Maps, Settings, State, Watch, Work};
+    pub use crate::batch::error::Error;
+    pub use crate::batch::jobs::work::Work;
+    pub use crate::batch::settings::{Maps, Settings};
+    pub use crate::batch::workers::scheduler::Accounts;
+    pub use crate::batch::workers::watch::{Finished, State, Watch};
     pub mod fleet {
         pub mod tables {
             pub use crate::batch::fleet::tables::write;
@@ -17,7 +21,8 @@ pub mod batch {
             pub use crate::batch::jobs::bikes::{BikeFile, hash_settings};
         }
         pub mod distributed {
-            pub use crate::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+            pub use crate::batch::jobs::distributed::{Answer, Driver, Task, Terms, Worker};
+            pub use crate::batch::jobs::what::What;
         }
         pub mod in_memory {
             pub use crate::batch::jobs::in_memory::{Log, run};
@@ -108,7 +113,7 @@ pub mod contract {
     }
 }
 pub mod diagnose {
-    pub use crate::diagnose::Settings;
+    pub use crate::diagnose::settings::Settings;
     pub mod calibration {
         pub use crate::diagnose::calibration::rms;
     }
@@ -119,12 +124,14 @@ pub mod diagnose {
         pub use crate::diagnose::levels::{Member, Pooling};
     }
     pub mod offroad {
-        pub use crate::diagnose::offroad::{OffroadDiagnosis, diagnose, log};
+        pub use crate::diagnose::offroad::session::{OffroadDiagnosis, diagnose, log};
     }
     pub mod road {
-        pub use crate::diagnose::road::{Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log};
+        pub use crate::diagnose::road::session::{
+            Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log,
+        };
         pub mod advice {
-            pub use crate::diagnose::road::advice::{ALIKE, Advice, known};
+            pub use crate::diagnose::road::advice::ranking::{ALIKE, Advice, known};
             pub mod sets {
                 pub use crate::diagnose::road::advice::sets::{SETS, after, leaning};
             }
@@ -198,7 +205,8 @@ pub mod estimate {
             pub use crate::estimate::offroad::nnls::solve;
         }
         pub mod rider {
-            pub use crate::estimate::offroad::rider::{Base, Config, Rider, forces};
+            pub use crate::estimate::offroad::rider::forces;
+            pub use crate::estimate::offroad::rider::types::{Base, Config, Rider};
             pub mod a {
                 pub use crate::estimate::offroad::rider::a::{Instant, Standing};
             }
@@ -226,10 +234,13 @@ pub mod estimate {
     }
 }
 pub mod filter {
-    pub use crate::filter::{Config, high_cut, run};
+    pub use crate::filter::band::high_cut;
+    pub use crate::filter::{Config, run};
 }
 pub mod fit {
-    pub use crate::fit::{Config, Data, Solution};
+    pub use crate::fit::config::Config;
+    pub use crate::fit::data::Data;
+    pub use crate::fit::solution::Solution;
     pub mod chain {
         pub use crate::fit::chain::solve;
     }
@@ -246,7 +257,8 @@ pub mod fit {
         pub use crate::fit::friction::{Rows, fit, is_of_curve};
     }
     pub mod in_gear {
-        pub use crate::fit::in_gear::{Config, InGear, run};
+        pub use crate::fit::in_gear::config::Config;
+        pub use crate::fit::in_gear::{InGear, run};
         pub mod columns {
             pub use crate::fit::in_gear::columns::columns;
         }
@@ -271,7 +283,8 @@ pub mod fit {
     }
 }
 pub mod fleet {
-    pub use crate::fleet::{BikeAnalysis, Observation, analyse};
+    pub use crate::fleet::analysis::{BikeAnalysis, analyse};
+    pub use crate::fleet::observation::Observation;
     pub mod events {
         pub use crate::fleet::events::{Event, Moved};
     }
@@ -292,10 +305,14 @@ pub mod fleet {
     }
 }
 pub mod ingest {
-    pub use crate::ingest::{
-        CHECKS, Check, Config, Error, Identified, Raw, Track, check, format_of, identify, map_for,
-        read, run, write_session,
-    };
+    pub use crate::ingest::checks::check;
+    pub use crate::ingest::checks::switches::{CHECKS, Check};
+    pub use crate::ingest::config::Config;
+    pub use crate::ingest::error::Error;
+    pub use crate::ingest::formats::detect::format_of;
+    pub use crate::ingest::raw::{Identified, Raw, Track};
+    pub use crate::ingest::write::write_session;
+    pub use crate::ingest::{identify, map_for, read, run};
     pub mod checks {
         pub mod aids {
             pub use crate::ingest::checks::aids::Aids;
@@ -323,7 +340,7 @@ pub mod ingest {
                 pub use crate::ingest::maps::propose::compare::{Wrong, compare, mend};
             }
             pub mod physics {
-                pub use crate::ingest::maps::propose::physics::{Verdict, Verdicts};
+                pub use crate::ingest::maps::propose::physics::verdict::{Verdict, Verdicts};
             }
         }
         pub mod units {
@@ -332,9 +349,10 @@ pub mod ingest {
     }
     pub mod motion {
         pub mod navigation {
-            pub use crate::ingest::motion::navigation::{
-                Log, NAMES, Navigation, OUTPUTS, run::run,
-            };
+            pub use crate::ingest::motion::navigation::level::OUTPUTS;
+            pub use crate::ingest::motion::navigation::log::Log;
+            pub use crate::ingest::motion::navigation::output::NAMES;
+            pub use crate::ingest::motion::navigation::run::{Navigation, run};
         }
         pub mod yaw {
             pub use crate::ingest::motion::yaw::trace_angle;
@@ -343,20 +361,24 @@ pub mod ingest {
 }
 pub mod motorcycle {
     pub mod catalogue {
-        pub use crate::motorcycle::catalogue::{Catalogue, Owner};
+        pub use crate::motorcycle::catalogue::classes::Catalogue;
+        pub use crate::motorcycle::catalogue::owner::Owner;
         pub mod file {
             pub use crate::motorcycle::catalogue::file::text;
         }
     }
 }
 pub mod pipeline {
-    pub use crate::pipeline::{
-        BUILTIN, Characterised, Input, Outcome, Pipeline, Rejection, characterise, prepare, run,
-        run_raw,
-    };
+    pub use crate::pipeline::outcome::{Input, Outcome, Rejection};
+    pub use crate::pipeline::settings::{BUILTIN, Pipeline};
+    pub use crate::pipeline::stages::{Characterised, characterise, prepare};
+    pub use crate::pipeline::{run, run_raw};
 }
 pub mod report {
-    pub use crate::report::{Error, Pages, build::build, open::open, update, write};
+    pub use crate::report::assets::Pages;
+    pub use crate::report::build::{build, update, write};
+    pub use crate::report::error::Error;
+    pub use crate::report::open::open;
     pub mod diagnosis {
         pub mod outcome {
             pub use crate::report::diagnosis::outcome::{Outcome, outcome};
@@ -424,22 +446,28 @@ pub mod report {
     }
 }
 pub mod segment {
-    pub use crate::segment::{Config, Segment, run};
+    pub use crate::segment::manoeuvre::Config;
+    pub use crate::segment::run;
+    pub use crate::segment::segments::Segment;
     pub mod laps {
-        pub use crate::segment::laps::{Config, detect};
+        pub use crate::segment::laps::config::Config;
+        pub use crate::segment::laps::detect;
         pub mod find {
             pub use crate::segment::laps::find::{Found, Kind};
         }
     }
     pub mod manoeuvre {
-        pub use crate::segment::manoeuvre::{Course, Direction, ManoeuvreKind, Terrain};
+        pub use crate::segment::manoeuvre::ManoeuvreKind;
+        pub use crate::segment::manoeuvre::declaration::{Course, Direction, Terrain};
     }
     pub mod offroad {
-        pub use crate::segment::offroad::{Ride, run};
+        pub use crate::segment::manoeuvre::means::Ride;
+        pub use crate::segment::offroad::run;
     }
 }
 pub mod simulate {
-    pub use crate::simulate::{Simulated, session, session_with, simulate_phases};
+    pub use crate::simulate::reduced::{session, session_with, simulate_phases};
+    pub use crate::simulate::simulated::Simulated;
     pub mod builtin {
         pub use crate::simulate::builtin::names;
     }
@@ -477,7 +505,9 @@ pub mod simulate {
         pub use crate::simulate::imu::{Attitude, Imu, Motion, Satellite, Triad, measure};
     }
     pub mod loggers {
-        pub use crate::simulate::loggers::{Foreign, Profile, write};
+        pub use crate::simulate::loggers::board::Foreign;
+        pub use crate::simulate::loggers::profile::Profile;
+        pub use crate::simulate::loggers::write;
     }
     pub mod manoeuvre {
         pub use crate::simulate::manoeuvre::{Braked, Manoeuvre};
@@ -495,14 +525,15 @@ pub mod simulate {
         }
     }
     pub mod motorcycle {
-        pub use crate::simulate::motorcycle::Plant;
+        pub use crate::simulate::motorcycle::plant::Plant;
     }
     pub mod multibody {
-        pub use crate::simulate::multibody::{
-            Action, Model, Motorcycle, Road, Scratch, State, joint,
-        };
+        pub use crate::simulate::multibody::description::Motorcycle;
+        pub use crate::simulate::multibody::model::{Model, Scratch};
+        pub use crate::simulate::multibody::road::Road;
+        pub use crate::simulate::multibody::state::{Action, State, joint};
         pub mod bodies {
-            pub use crate::simulate::multibody::bodies::Motion;
+            pub use crate::simulate::multibody::bodies::spatial::Motion;
         }
         pub mod modes {
             pub use crate::simulate::multibody::modes::{eigenvalues, linearise};
@@ -532,7 +563,7 @@ pub mod simulate {
         pub use crate::simulate::plan::{Phase, Plan, PlanKind};
     }
     pub mod population {
-        pub use crate::simulate::population::Machine;
+        pub use crate::simulate::population::machine::Machine;
         pub mod bike {
             pub use crate::simulate::population::bike::{BikeFile, bike};
         }
@@ -568,9 +599,10 @@ pub mod simulate {
         pub use crate::simulate::tour::Tour;
     }
     pub mod track {
-        pub use crate::simulate::track::{
-            DEGREE, ORIGIN, Track, TrackRide, doings, notes, position, ride,
-        };
+        pub use crate::simulate::track::ridden::{DEGREE, ORIGIN, TrackRide, position};
+        pub use crate::simulate::track::ride;
+        pub use crate::simulate::track::scenario::Track;
+        pub use crate::simulate::track::truth::{doings, notes};
     }
     pub mod truth {
         pub use crate::simulate::truth::{coefficients, of_corners};
@@ -607,7 +639,7 @@ pub mod statistics {
 }
 pub mod store {
     pub mod objects {
-        pub use crate::store::objects::Location;
+        pub use crate::store::objects::location::Location;
     }
     pub mod tables {
         pub mod file {
@@ -628,17 +660,20 @@ pub mod store {
             };
         }
         pub mod rows {
+            pub use crate::contract::status::Status;
+            pub use crate::store::tables::ident::Ident;
+            pub use crate::store::tables::lap_rows::{LapCornerRow, LapPointRow, LapRow};
             pub use crate::store::tables::rows::{
-                CauseRow, Coefficient, DiscrepancyRow, EventRow, EvidenceRow, FleetRow, Ident,
-                LapCornerRow, LapPointRow, LapRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
-                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
-                Status, Truth, TyreRow, WarningRow,
+                CauseRow, Coefficient, DiscrepancyRow, EventRow, EvidenceRow, FleetRow, Manoeuvre,
+                PeakRow, PlotPoint, PooledRow, Provenance, RatioRow, Rejected, SessionRow,
+                SimulatedSample, SimulationError, Truth, TyreRow, WarningRow,
             };
         }
     }
 }
 pub mod tyre {
-    pub use crate::tyre::{MagicFormula, Stiffness};
+    pub use crate::tyre::magic_formula::MagicFormula;
+    pub use crate::tyre::tyre::Stiffness;
     pub mod custom {
         pub use crate::tyre::custom::Custom;
     }

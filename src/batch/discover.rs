@@ -24,7 +24,7 @@ const NOT_LOGS: &[&str] = &["truth", "bikes"];
 
 /// One input, or what is wrong with it before it is opened.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub(crate) struct Found {
     /// As it was named, or below the folder that was named.
     pub location: Location,
     /// Why it cannot be an input.
@@ -46,7 +46,7 @@ impl Found {
 ///
 /// # Errors
 /// There is no log or no such folder, or logs and output are mixed up.
-pub fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
+pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
     refuse_others_sessions(settings.out)?;
     let mut found = discover(settings.inputs, settings.out)?;
     if let Some(since) = settings.since {
@@ -69,7 +69,7 @@ pub fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> 
 ///
 /// # Errors
 /// There is no log at all, or logs and output are mixed up.
-pub fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error> {
+pub(crate) fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error> {
     let out = out.absolute();
     let mut found = Vec::new();
     for input in inputs {
@@ -90,7 +90,7 @@ pub fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error
 ///
 /// # Errors
 /// Several inputs have one each.
-pub fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Error> {
+pub(crate) fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Error> {
     let mut folders = Vec::new();
     // a pattern has nothing beside it
     for input in inputs.iter().filter(|i| !(i.is_remote() && i.is_pattern())) {
@@ -185,7 +185,7 @@ fn refuse_output_among_logs(
 ///
 /// # Errors
 /// So it is.
-pub fn refuse_others_sessions(out: &Location) -> Result<(), Error> {
+pub(crate) fn refuse_others_sessions(out: &Location) -> Result<(), Error> {
     let Some(path) = out.as_path() else { return Ok(()) };
     let sessions = path.join(registry::SESSIONS.name);
     let holds_any = std::fs::read_dir(&sessions).is_ok_and(|mut all| all.next().is_some());

@@ -9,7 +9,7 @@ use crate::store::objects::{Location, source};
 ///
 /// # Errors
 /// It cannot be read.
-pub fn hash_file(file: &Location) -> std::io::Result<String> {
+pub(crate) fn hash_file(file: &Location) -> std::io::Result<String> {
     let path = match file {
         Location::Remote(url) => return source::identity(url),
         Location::Local(path) => path,

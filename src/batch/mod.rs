@@ -19,19 +19,19 @@
 //! bytes depend on inputs and settings only, not on the number of workers, the time or the machine's
 //! load.
 
-pub mod discover;
-pub mod error;
-pub mod fleet;
-pub mod jobs;
-pub mod log_hash;
-pub mod plan;
-pub mod settings;
-pub mod store;
-pub mod summary;
-pub mod workers;
+pub(crate) mod discover;
+pub(crate) mod error;
+pub(crate) mod fleet;
+pub(crate) mod jobs;
+pub(crate) mod log_hash;
+pub(crate) mod plan;
+pub(crate) mod settings;
+pub(crate) mod store;
+pub(crate) mod summary;
+pub(crate) mod workers;
 
-pub use error::Error;
-pub use jobs::work::Work;
-pub use settings::{Maps, Settings};
-pub use workers::scheduler::{Accounts, Intended};
-pub use workers::watch::{Finished, State, Watch};
+pub(crate) use error::Error;
+pub(crate) use jobs::work::Work;
+pub(crate) use settings::{Maps, Settings};
+pub(crate) use workers::scheduler::{Accounts, Intended};
+pub(crate) use workers::watch::{Finished, State, Watch};

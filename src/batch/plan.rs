@@ -70,7 +70,7 @@ impl Job {
 
 /// An input that is rejected before it is computed.
 #[derive(Debug)]
-pub struct Refused {
+pub(crate) struct Refused {
     /// Its row.
     pub row: Rejected,
     /// Size of the log, bytes.
@@ -79,7 +79,7 @@ pub struct Refused {
 
 /// What a batch will do.
 #[derive(Debug, Default)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// To compute, in order of path.
     pub jobs: Vec<Job>,
     /// Rejected already, in order of path.
@@ -88,7 +88,7 @@ pub struct Plan {
 
 impl Plan {
     /// Size of all logs, bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let jobs = self.logs().map(|j| j.bytes);
         jobs.chain(self.refused.iter().map(|r| r.bytes)).sum()
     }
@@ -96,7 +96,7 @@ impl Plan {
 
 impl Plan {
     /// Every log to read, be it a rival of another.
-    pub fn logs(&self) -> impl Iterator<Item = &Job> {
+    pub(crate) fn logs(&self) -> impl Iterator<Item = &Job> {
         self.jobs.iter().flat_map(|job| std::iter::once(job).chain(&job.rivals))
     }
 }
@@ -106,7 +106,7 @@ impl Plan {
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
-pub fn plan(
+pub(crate) fn plan(
     found: Vec<Found>,
     bikes: &Location,
     before: &Contents,
@@ -245,7 +245,7 @@ fn put_rivals_together(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>
 }
 
 /// Why a log is not used whose bytes another one has.
-pub fn duplicate(other: &str, session_id: &str) -> Rejection {
+pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
     Rejection {
         stage: "discover",
         code: "duplicate_log",
@@ -265,7 +265,7 @@ fn name(log: &Location) -> String {
 }
 
 /// A row of `rejected`.
-pub fn row(
+pub(crate) fn row(
     log: String,
     meta: Option<Meta>,
     rejection: Rejection,
@@ -345,7 +345,7 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, 
 }
 
 /// Why a log is not used whose session another log gives.
-pub fn same_session(key: &Key, holder: &str) -> Rejection {
+pub(crate) fn same_session(key: &Key, holder: &str) -> Rejection {
     Rejection {
         stage: "discover",
         code: DUPLICATE_ID,
@@ -358,7 +358,7 @@ pub fn same_session(key: &Key, holder: &str) -> Rejection {
 }
 
 /// Why a log is not used whose session the output has from another ride, the log of which is not among these.
-pub fn archived(there: &Committed, own: Option<i64>) -> Rejection {
+pub(crate) fn archived(there: &Committed, own: Option<i64>) -> Rejection {
     let when = |start: Option<i64>| start.and_then(instant::text).unwrap_or_default();
     let Committed { session_id, bike_id, path, .. } = there;
     Rejection {

@@ -31,7 +31,7 @@ pub struct Settings<'a> {
 }
 
 /// What a TOML text says, without remarks, layout and the order of keys: what was made from it depends on nothing else.
-pub fn content(text: &str) -> String {
+pub(crate) fn content(text: &str) -> String {
     let table = text.parse::<toml::Table>().ok();
     table.and_then(|t| toml::to_string(&t).ok()).unwrap_or_else(|| text.to_owned())
 }

@@ -30,7 +30,7 @@ const LISTED: usize = 20;
 
 /// Options of a batch.
 #[derive(Debug, clap::Args)]
-pub struct Options {
+pub(crate) struct Options {
     /// Logs, folders of logs or archives, glob patterns; here or in an object store (s3://, gs://, az://).
     #[arg(required = true, value_name = "INPUT")]
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
@@ -80,7 +80,7 @@ pub struct Options {
 
 /// When the progress bar is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Show {
+pub(crate) enum Show {
     /// On a terminal.
     Auto,
     /// Not at all.
@@ -89,7 +89,7 @@ pub enum Show {
 
 /// Options that were read: what [`Settings`] borrow from.
 #[derive(Debug)]
-pub struct Given {
+pub(crate) struct Given {
     inputs: Vec<Location>,
     bikes: Option<Location>,
     out: Location,
@@ -103,7 +103,7 @@ pub struct Given {
 
 impl Options {
     /// An archive into an output folder, without a word on stdout.
-    pub fn quietly(archive: PathBuf, out: PathBuf) -> Self {
+    pub(crate) fn quietly(archive: PathBuf, out: PathBuf) -> Self {
         Options {
             inputs: vec![archive.into()],
             bikes: None,
@@ -122,7 +122,7 @@ impl Options {
     }
 
     /// Whether the progress bar may be shown.
-    pub fn shows_progress(&self) -> bool {
+    pub(crate) fn shows_progress(&self) -> bool {
         self.progress == Show::Auto
     }
 
@@ -130,7 +130,7 @@ impl Options {
     ///
     /// # Errors
     /// It cannot write there.
-    pub fn outputs(&self) -> Result<Outputs, Failure> {
+    pub(crate) fn outputs(&self) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         outputs.folder("--out", &self.out)?;
         outputs.tables(&self.out);
@@ -141,7 +141,7 @@ impl Options {
     ///
     /// # Errors
     /// One of them is an input.
-    pub fn hold_against(&self, outputs: &Outputs) -> Result<(), Failure> {
+    pub(crate) fn hold_against(&self, outputs: &Outputs) -> Result<(), Failure> {
         Ok(outputs.apart_from_files(self.pipeline.iter().chain(&self.map))?)
     }
 
@@ -149,7 +149,7 @@ impl Options {
     ///
     /// # Errors
     /// A file cannot be read, or is not what it should be.
-    pub fn read(&self) -> Result<Given, Failure> {
+    pub(crate) fn read(&self) -> Result<Given, Failure> {
         self.inputs.iter().try_for_each(log::refuse_own)?;
         let pipeline = match &self.pipeline {
             Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
@@ -177,12 +177,12 @@ impl Given {
     ///
     /// # Errors
     /// As [`Fenced::new`].
-    pub fn fenced<W: Work>(&self, work: W) -> Result<Fenced<W>, Failure> {
+    pub(crate) fn fenced<W: Work>(&self, work: W) -> Result<Fenced<W>, Failure> {
         Ok(Fenced::new(work, &self.settings(), self.limits)?)
     }
 
     /// As the batch takes them.
-    pub fn settings(&self) -> Settings<'_> {
+    pub(crate) fn settings(&self) -> Settings<'_> {
         Settings {
             inputs: &self.inputs,
             bikes: self.bikes.as_ref(),
@@ -218,7 +218,7 @@ fn moment(text: &str) -> Result<SystemTime, String> {
 
 /// Set by the first Ctrl-C (or SIGTERM), which lets the sessions under way finish; the second one ends
 /// the program at once. Where nobody can listen for signals the first one does.
-pub fn stop_on_signal() -> &'static AtomicBool {
+pub(crate) fn stop_on_signal() -> &'static AtomicBool {
     static STOP: AtomicBool = AtomicBool::new(false);
     static LISTENING: OnceLock<()> = OnceLock::new();
     let listen = || {
@@ -240,7 +240,7 @@ pub fn stop_on_signal() -> &'static AtomicBool {
 ///
 /// # Errors
 /// As of the batch, before it writes.
-pub fn dry_run(given: &Given, work: &impl Work) -> Result<(), Failure> {
+pub(crate) fn dry_run(given: &Given, work: &impl Work) -> Result<(), Failure> {
     let all: Vec<Intended> = engine::dry_run(&given.settings(), work)?;
     let count = |state: State| all.iter().filter(|i| i.state == state).count();
     let mut out = String::new();
@@ -263,7 +263,7 @@ pub fn dry_run(given: &Given, work: &impl Work) -> Result<(), Failure> {
 ///
 /// # Errors
 /// So it is.
-pub fn stopped(accounts: &Accounts) -> Result<(), Failure> {
+pub(crate) fn stopped(accounts: &Accounts) -> Result<(), Failure> {
     if accounts.left == 0 {
         return Ok(());
     }
@@ -279,7 +279,7 @@ pub fn stopped(accounts: &Accounts) -> Result<(), Failure> {
 ///
 /// # Errors
 /// So they are.
-pub fn damaged(accounts: &Accounts) -> Result<(), Failure> {
+pub(crate) fn damaged(accounts: &Accounts) -> Result<(), Failure> {
     accounts.damage.clone().map_or(Ok(()), |message| Err(Failure::Output(message)))
 }
 
@@ -287,7 +287,7 @@ pub fn damaged(accounts: &Accounts) -> Result<(), Failure> {
 ///
 /// # Errors
 /// So it was.
-pub fn rejected(accounts: &Accounts) -> Result<(), Failure> {
+pub(crate) fn rejected(accounts: &Accounts) -> Result<(), Failure> {
     let rows = &accounts.rejected;
     if rows.is_empty() {
         return Ok(());
@@ -297,12 +297,12 @@ pub fn rejected(accounts: &Accounts) -> Result<(), Failure> {
 }
 
 /// Says that nothing had to be done.
-pub fn print_unchanged(accounts: &Accounts, out: &Location) {
+pub(crate) fn print_unchanged(accounts: &Accounts, out: &Location) {
     print(&format!("{} sessions, nothing has changed in {out}\n", accounts.inputs));
 }
 
 /// Logs what the batch did, and the requests to object stores, where there were any.
-pub fn log_accounts(accounts: &Accounts, command: &str, seconds: f64) {
+pub(crate) fn log_accounts(accounts: &Accounts, command: &str, seconds: f64) {
     let Accounts { inputs, done: computed, unchanged, left, bytes, .. } = *accounts;
     let rejected = accounts.rejected.len();
     tracing::info!(inputs, computed, unchanged, rejected, left, bytes, seconds, "{command}");
@@ -316,7 +316,7 @@ pub fn log_accounts(accounts: &Accounts, command: &str, seconds: f64) {
 }
 
 /// Results go to stdout; a reader that has seen enough (`| head`) is no error.
-pub fn print(text: &str) {
+pub(crate) fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 

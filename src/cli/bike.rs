@@ -19,7 +19,7 @@ use crate::store::tables::output::Outputs;
 /// Write the bike file of a motorcycle or bicycle
 #[derive(Debug, clap::Args)]
 #[command(disable_help_subcommand = true)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
@@ -32,7 +32,7 @@ enum Command {
 
 /// Write a bike file from class, tyre sizes and weight; asks for the rest
 #[derive(Debug, clap::Args)]
-pub struct New {
+pub(crate) struct New {
     /// The bike id that logs carry; the file is DIR/NAME.toml. `default` is taken for bikes that have no file.
     name: Option<String>,
     /// Class: sports, naked, touring, off-road, scooter, bicycle, e-bike.
@@ -86,7 +86,7 @@ fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let Command::New(new) = arguments.command;
     Outputs::default().folder("--out", &(&new.out).into())?;
     let catalogue = Catalogue::builtin();

@@ -3,12 +3,12 @@
 use std::io::IsTerminal;
 
 /// Whether stderr is to be coloured.
-pub fn on_stderr() -> bool {
+pub(crate) fn on_stderr() -> bool {
     wanted(std::io::stderr().is_terminal(), |name| std::env::var(name).ok())
 }
 
 /// Whether stdout is to be coloured.
-pub fn on_stdout() -> bool {
+pub(crate) fn on_stdout() -> bool {
     wanted(std::io::stdout().is_terminal(), |name| std::env::var(name).ok())
 }
 
@@ -27,12 +27,12 @@ fn wanted(terminal: bool, variable: impl Fn(&str) -> Option<String>) -> bool {
 }
 
 /// Text in bold, where colours are wanted.
-pub fn bold(text: &str, wanted: bool) -> String {
+pub(crate) fn bold(text: &str, wanted: bool) -> String {
     if wanted { format!("\u{1b}[1m{text}\u{1b}[0m") } else { text.to_owned() }
 }
 
 /// Text in bold red, where colours are wanted.
-pub fn red(text: &str, wanted: bool) -> String {
+pub(crate) fn red(text: &str, wanted: bool) -> String {
     if wanted { format!("\u{1b}[1;31m{text}\u{1b}[0m") } else { text.to_owned() }
 }
 

@@ -24,7 +24,7 @@ use crate::store::tables::output::Outputs;
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
@@ -59,7 +59,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if let (Some(out), false) = (&arguments.out, arguments.dry_run) {
         let mut outputs = Outputs::default();
         outputs.file("--out", out)?;

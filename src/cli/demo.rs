@@ -22,7 +22,7 @@ use crate::store::tables::rows::{CauseRow, Coefficient, Status};
 
 /// Simulate rides on which something is wrong, find the tyres and the fault, open the report
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Folder for the rides and the results.
     #[arg(long, value_name = "DIR", default_value = "roadbench-demo")]
     out: PathBuf,
@@ -47,7 +47,7 @@ const SHOWN: [(Part, C, usize); 8] = [
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let scenario = Scenario::builtin("demo").map_err(Failure::Usage)?;
     let (archive, out) = (arguments.out.join("archive"), arguments.out.join("tables"));
     Outputs::default().folder("--out", &(&arguments.out).into())?;

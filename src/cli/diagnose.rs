@@ -20,7 +20,7 @@ use crate::store::tables::rows::CauseRow;
 
 /// Find what the model of a ride gets wrong, and why
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     batch: Options,
     /// Simulated nulls of each ride, from which the thresholds come.
@@ -47,7 +47,7 @@ impl Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let start = Instant::now();
     let settings =
         Settings { nulls: arguments.nulls, advise: arguments.advise, ..Settings::default() };

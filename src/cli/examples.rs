@@ -1,7 +1,7 @@
 //! What `--help` shows at its end: each command as it is typed. A test parses every line.
 
 /// The program's own.
-pub const ROADBENCH: &str = "\
+pub(crate) const ROADBENCH: &str = "\
 Examples:
   roadbench demo                                          what it does, in a minute
   roadbench run fixtures/archive --out out                an archive in, tables and a report out
@@ -9,7 +9,7 @@ Examples:
 Exit codes: 0 all done; 1 some logs rejected, or stopped; 2 bad usage; 3 the output cannot be written.";
 
 /// Of `run`.
-pub const RUN: &str = "\
+pub(crate) const RUN: &str = "\
 Examples:
   roadbench run ride.parquet --bikes bikes --out out
   roadbench run /archive/sessions --out /archive/tables --log-format json
@@ -18,46 +18,46 @@ Examples:
   roadbench run fixtures/archive --out out --model causes      causes: the output of `diagnose`";
 
 /// Of `diagnose`.
-pub const DIAGNOSE: &str = "\
+pub(crate) const DIAGNOSE: &str = "\
 Examples:
   roadbench diagnose ride.parquet --bikes bikes --out out
   roadbench diagnose fixtures/archive --out out --advise --json";
 
 /// Of `plan`.
-pub const PLAN: &str = "\
+pub(crate) const PLAN: &str = "\
 Examples:
   roadbench plan paper
   roadbench plan my_scenario.toml --json";
 
 /// Of `simulate`.
-pub const SIMULATE: &str = "\
+pub(crate) const SIMULATE: &str = "\
 Examples:
   roadbench simulate archive --out archive
   roadbench simulate lane_change --front-tyre sharp2004_front_120_70 --compare --out lane";
 
 /// Of `modes`.
-pub const MODES: &str = "\
+pub(crate) const MODES: &str = "\
 Example:
   roadbench modes sports_touring";
 
 /// Of `replay`.
-pub const REPLAY: &str = "\
+pub(crate) const REPLAY: &str = "\
 Example:
   roadbench replay ride.parquet --motorcycle sports_touring --bikes bikes --out replayed";
 
 /// Of `tyre`.
-pub const TYRE: &str = "\
+pub(crate) const TYRE: &str = "\
 Examples:
   roadbench tyre sharp2004_front_120_70
   roadbench tyre front.tir --against mf62_front_120_70 --out bench";
 
 /// Of `inspect`.
-pub const INSPECT: &str = "\
+pub(crate) const INSPECT: &str = "\
 Example:
   roadbench inspect ride.parquet --bikes bikes";
 
 /// Of `bike`.
-pub const BIKE: &str = "\
+pub(crate) const BIKE: &str = "\
 Examples:
   roadbench bike new                                      asks
   roadbench bike new mine --class naked --front 120/70ZR17 --rear 180/55ZR17 --weight 260
@@ -65,7 +65,7 @@ Examples:
   roadbench bike new default --class naked                for bikes that have no file";
 
 /// Of `map`.
-pub const MAP: &str = "\
+pub(crate) const MAP: &str = "\
 Examples:
   roadbench map ride.csv                                  the draft of a channel map, with reasons
   roadbench map ride.csv --bike bikes/mine.toml --out my_logger.toml
@@ -73,13 +73,13 @@ Examples:
   roadbench map ride.csv --map my_logger.toml --mend --out mended.toml";
 
 /// Of `convert`.
-pub const CONVERT: &str = "\
+pub(crate) const CONVERT: &str = "\
 Examples:
   roadbench convert ride.csv --map my_logger.toml --dry-run
   roadbench convert ride.csv --map my_logger.toml --out ride.parquet";
 
 /// Of `report`.
-pub const REPORT: &str = "\
+pub(crate) const REPORT: &str = "\
 Examples:
   roadbench report out
   roadbench report out --pages shared                     script and style once beside the pages
@@ -88,7 +88,7 @@ Examples:
   roadbench report out --figures figures --figure-format png";
 
 /// Of `forget`.
-pub const FORGET: &str = "\
+pub(crate) const FORGET: &str = "\
 Examples:
   roadbench forget out --session archive_s0003            one session
   roadbench forget out --bike archive_02                  all of a motorcycle
@@ -97,7 +97,7 @@ Examples:
 The logs stay where they are: a run over them computes them again.";
 
 /// Of `verify`.
-pub const VERIFY: &str = "\
+pub(crate) const VERIFY: &str = "\
 Examples:
   roadbench verify out                   files, rows and logs
   roadbench verify out --no-logs         the output alone
@@ -106,7 +106,7 @@ Examples:
 Exit code 1 where a file is not what was written, missing or nobody's.";
 
 /// Of `export`.
-pub const EXPORT: &str = "\
+pub(crate) const EXPORT: &str = "\
 Examples:
   roadbench export out --session archive_s0001 --format tir --tyre front --bikes bikes --out front.tir
   roadbench export out --session archive_s0001 --format toml
@@ -115,25 +115,25 @@ Examples:
   roadbench export out --session archive_s0001 --format fmu --tyre rear --bikes bikes --out rear.fmu";
 
 /// Of `schema`.
-pub const SCHEMA: &str = "\
+pub(crate) const SCHEMA: &str = "\
 Examples:
   roadbench schema
   roadbench schema coefficients";
 
 /// Of `demo`.
-pub const DEMO: &str = "\
+pub(crate) const DEMO: &str = "\
 Examples:
   roadbench demo
   roadbench demo --out /tmp/demo --no-open";
 
 /// Of `completions`.
-pub const COMPLETIONS: &str = "\
+pub(crate) const COMPLETIONS: &str = "\
 Examples:
   roadbench completions bash > ~/.local/share/bash-completion/completions/roadbench
   roadbench completions zsh > ~/.zfunc/_roadbench
   roadbench completions fish > ~/.config/fish/completions/roadbench.fish";
 
 /// Of `man`.
-pub const MAN: &str = "\
+pub(crate) const MAN: &str = "\
 Example:
   roadbench man ~/.local/share/man/man1";

@@ -18,7 +18,7 @@ use crate::store::tables::output::Outputs;
 
 /// Write a fitted tyre for other programs
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
     /// The session whose tyre it is.
@@ -61,7 +61,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     require_folder(&arguments.out)?;
     mark::require(&Location::from(&arguments.out))?;
     arguments.bikes.as_deref().map_or(Ok(()), require_folder)?;

@@ -5,7 +5,7 @@ use crate::store::tables::output::Refusal;
 
 /// A message for stderr, by kind.
 #[derive(Debug)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// Bad usage or configuration, nothing written: 2.
     Usage(String),
     /// Some inputs were rejected, and are listed, or the run was stopped before its end: 1.
@@ -16,7 +16,7 @@ pub enum Failure {
 
 impl Failure {
     /// Exit code and message.
-    pub fn parts(self) -> (u8, String) {
+    pub(crate) fn parts(self) -> (u8, String) {
         let (code, message) = match self {
             Failure::Rejected(message) => (1, message),
             Failure::Usage(message) => (2, message),

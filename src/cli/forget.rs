@@ -9,7 +9,7 @@ use crate::store::objects::Location;
 
 /// Take sessions out of an output: their rows go from every table, their pages from the report
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
     #[arg(value_parser = location())]
     out: Location,
@@ -39,7 +39,7 @@ struct Named {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let Arguments { out, named, dry_run } = arguments;
     out.as_path().map_or(Ok(()), require_folder)?;
     let which = Which { sessions: named.session, bikes: named.bike, missing: named.missing };

@@ -30,7 +30,7 @@ use facts::{ChannelFacts, Estimate, Facts, Inspection, Noticed, Reason};
 
 /// Show a log's channels, rates, gaps, and what can be estimated from it
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
@@ -61,7 +61,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     log::require(&arguments.log)?;
     if let Some(folder) = &arguments.bikes {
         require_folder(folder)?;

@@ -18,7 +18,7 @@ use crate::store::objects::Location;
 
 /// A log's own channels and the map that is proposed for them.
 #[derive(Debug, Serialize)]
-pub struct SourceInspection {
+pub(crate) struct SourceInspection {
     format: &'static str,
     facts: Vec<(String, String)>,
     channels: Vec<SourceFacts>,
@@ -46,7 +46,7 @@ struct SourceFacts {
 
 /// What is printed of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Form {
+pub(crate) enum Form {
     /// For people.
     Text,
     /// For programs.
@@ -59,7 +59,7 @@ pub enum Form {
 ///
 /// # Errors
 /// It cannot be read without a channel map, or stdout not be written.
-pub fn show(
+pub(crate) fn show(
     log: &Location,
     aids: &Aids,
     form: Form,
@@ -94,7 +94,7 @@ pub fn show(
 ///
 /// # Errors
 /// It cannot be written.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         // a pipe that was closed is no error
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -127,7 +127,7 @@ impl SourceInspection {
     }
 
     /// For people.
-    pub fn to_text(&self, log: &Location) -> String {
+    pub(crate) fn to_text(&self, log: &Location) -> String {
         let mut out = String::new();
         // writing to a String cannot fail
         let _ = self.write(log, &mut out);

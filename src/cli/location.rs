@@ -8,7 +8,7 @@ use crate::cli::failure::Failure;
 use crate::store::objects::Location;
 
 /// A path, or a URL of an object store; the message of one that cannot be used, or is empty, says why.
-pub fn location() -> impl TypedValueParser<Value = Location> {
+pub(super) fn location() -> impl TypedValueParser<Value = Location> {
     PathBufValueParser::new().try_map(Location::parse)
 }
 
@@ -16,7 +16,7 @@ pub fn location() -> impl TypedValueParser<Value = Location> {
 ///
 /// # Errors
 /// Nothing is there, or a file.
-pub fn require_folder(path: &Path) -> Result<(), Failure> {
+pub(super) fn require_folder(path: &Path) -> Result<(), Failure> {
     let at = path.display();
     match (path.is_dir(), path.exists()) {
         (true, _) => Ok(()),

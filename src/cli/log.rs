@@ -10,7 +10,7 @@ use crate::store::objects::files::read_text;
 ///
 /// # Errors
 /// Nothing is there, or what is there is a folder or one of the program's own files: wrong usage, as for `run`.
-pub fn require(log: &Location) -> Result<(), Failure> {
+pub(super) fn require(log: &Location) -> Result<(), Failure> {
     let usage = |why: String| Err(Failure::Usage(format!("{log}: {why}")));
     match log.exists() {
         Ok(true) => {}
@@ -29,7 +29,7 @@ pub fn require(log: &Location) -> Result<(), Failure> {
 ///
 /// # Errors
 /// It is one: wrong usage.
-pub fn refuse_own(log: &Location) -> Result<(), Failure> {
+pub(super) fn refuse_own(log: &Location) -> Result<(), Failure> {
     let Some(path) = log.as_path() else { return Ok(()) };
     let is_toml = path.extension().is_some_and(|x| x.eq_ignore_ascii_case("toml"));
     let text = if is_toml { read_text(path).ok() } else { None };
@@ -42,6 +42,6 @@ pub fn refuse_own(log: &Location) -> Result<(), Failure> {
 }
 
 /// A log that is there and cannot be used.
-pub fn rejected(e: ingest::Error) -> Failure {
+pub(super) fn rejected(e: ingest::Error) -> Failure {
     Failure::Rejected(format!("{e} ({})", e.code))
 }

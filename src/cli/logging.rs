@@ -10,7 +10,7 @@ use crate::store::objects::plain::plain;
 
 /// How log events are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum LogFormat {
+pub(crate) enum LogFormat {
     /// For people.
     #[default]
     Text,
@@ -23,7 +23,7 @@ pub enum LogFormat {
 /// Text at a terminal is for a person, who sees the bar and the list of what was rejected:
 /// only what needs attention is logged. Elsewhere there is an event per session. `verbose`
 /// shows everything.
-pub fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
+pub(crate) fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
     let level = match (verbose, format) {
         (true, _) => LevelFilter::DEBUG,
         (false, LogFormat::Text) if io::stderr().is_terminal() => LevelFilter::WARN,

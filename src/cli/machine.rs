@@ -17,7 +17,7 @@ const EACH: u64 = 144 << 20;
 /// # Errors
 /// Not one: the memory is too small that the shell allows (`ulimit -v`, `ulimit -d`).
 #[cfg(target_os = "linux")]
-pub fn most_threads() -> Result<usize, Failure> {
+pub(super) fn most_threads() -> Result<usize, Failure> {
     use rlimit::{INFINITY, Resource, getrlimit, setrlimit};
     let mut most = usize::MAX;
     for (resource, what, least) in [

@@ -31,7 +31,7 @@ use crate::store::tables::output::Outputs;
 
 /// Find which channel of a log is which column by its motion, or check a channel map against it
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
@@ -56,7 +56,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     log::require(&arguments.log)?;
     if let Some(out) = &arguments.out {
         let mut outputs = Outputs::default();

@@ -18,7 +18,7 @@ use crate::store::tables::rows::ModeRow;
 
 /// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     motorcycle: String,
     /// Lowest speed, m/s.
@@ -48,7 +48,7 @@ pub(super) fn help() -> String {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { from, to, step, .. } = *arguments;
     if !(from >= 0.0 && to > from && to <= 120.0 && step > 0.0 && (to - from) / step <= 2000.0) {
         return Err(Failure::Usage(format!(

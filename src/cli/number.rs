@@ -1,7 +1,7 @@
 //! Numbers in columns on the terminal.
 
 /// Four digits that fit a column.
-pub fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     match value {
         None => "-".into(),
         Some(v) if v != 0.0 && !(1e-3..1e7).contains(&v.abs()) => format!("{v:.2e}"),

@@ -14,7 +14,7 @@ use crate::simulate::scenario::BUILTIN;
 
 /// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Settings of the stages; a file or onroad (the default).
@@ -36,7 +36,7 @@ fn help() -> String {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),

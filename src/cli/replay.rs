@@ -30,7 +30,7 @@ use crate::store::tables::output::Outputs;
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// A log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
@@ -68,7 +68,7 @@ const FILES: [&str; 2] = ["replay.parquet", "replay.svg"];
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
         let mut outputs = Outputs::default();
         outputs.folder("--out", out)?;

@@ -24,7 +24,7 @@ use crate::tyre::tydex;
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
     /// Values of a tyre bench to show beside the estimates, as CSV with the columns tyre, coefficient,
@@ -55,7 +55,7 @@ pub struct Arguments {
 
 /// What the report's pages are like.
 #[derive(Debug, Default, clap::Args)]
-pub struct Pages {
+pub(crate) struct Pages {
     /// What the pages of the sessions are like: by default each is one file that opens anywhere, of more
     /// than 50 they share script and style in `report/assets`, and of more than 1000 only those are there
     /// that `report --open` was asked for.
@@ -65,7 +65,7 @@ pub struct Pages {
 
 /// The report for other places than a browser.
 #[derive(Debug, Default, clap::Args)]
-pub struct Copies {
+pub(crate) struct Copies {
     /// Folder for every plot as a file, of the kind that --figure-format says. Figures of before whose session
     /// or coefficient is gone are removed; other files in it stay.
     #[arg(long, value_name = "DIR")]
@@ -81,7 +81,7 @@ pub struct Copies {
 
 impl Copies {
     /// Whether anything was asked for.
-    pub fn asked(&self) -> bool {
+    pub(crate) fn asked(&self) -> bool {
         self.figures.is_some() || self.markdown.is_some()
     }
 
@@ -89,7 +89,7 @@ impl Copies {
     ///
     /// # Errors
     /// It cannot be.
-    pub fn declare(&self, outputs: &mut Outputs) -> Result<(), Refusal> {
+    pub(crate) fn declare(&self, outputs: &mut Outputs) -> Result<(), Refusal> {
         if let Some(to) = &self.figures {
             outputs.folder("--figures", &to.into())?;
         }
@@ -103,7 +103,7 @@ impl Copies {
     ///
     /// # Errors
     /// A table cannot be read, or a file cannot be written.
-    pub fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
+    pub(crate) fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
         if let Some(to) = &self.figures {
             let count = write::figures(out, to, self.figure_format, only)?;
             tracing::info!("{count} figures: {}", to.display());
@@ -121,7 +121,7 @@ impl Copies {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let out = arguments.out;
     require_folder(&out)?;
     let benches = arguments.bench.iter().map(|bench| read_bench(bench));

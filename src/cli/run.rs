@@ -33,7 +33,7 @@ use crate::store::tables::rows;
 
 /// Turn riding logs into tyre coefficients
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     batch: Options,
     /// Take out of the recordings what `diagnose` found: PATH is its output, here or in an object store, and
@@ -97,7 +97,7 @@ impl Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let (start, started) = (Instant::now(), Timestamp::now());
     let given = arguments.read()?;
     let outputs = match arguments.batch.dry_run {

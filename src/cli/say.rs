@@ -7,7 +7,7 @@ use crate::store::objects::plain::plain;
 
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.
-pub fn write(text: Arguments<'_>) {
+pub(crate) fn write(text: Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             remark(format_args!("roadbench: cannot write to stdout: {e}\n"));
@@ -17,7 +17,7 @@ pub fn write(text: Arguments<'_>) {
 }
 
 /// Writes to stderr; where that fails nobody can be told.
-pub fn remark(text: Arguments<'_>) {
+pub(crate) fn remark(text: Arguments<'_>) {
     let _ = std::io::stderr().write_all(plain(&text.to_string()).as_bytes());
 }
 

@@ -7,7 +7,7 @@ use crate::store::tables::registry;
 
 /// Print the definition of a table or file of the contract
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Its name, e.g. `session` or `coefficients`; without it all names are listed.
     name: Option<String>,
 }
@@ -16,7 +16,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let Some(name) = arguments.name else {
         for (name, _) in registry::schema_files() {
             say!("{name}");

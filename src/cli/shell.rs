@@ -13,14 +13,14 @@ use crate::store::tables::output::Outputs;
 
 /// Print the completions of a shell
 #[derive(Debug, clap::Args)]
-pub struct Completions {
+pub(crate) struct Completions {
     /// The shell.
     shell: Shell,
 }
 
 /// Write a manual page of every command
 #[derive(Debug, clap::Args)]
-pub struct Man {
+pub(crate) struct Man {
     /// Folder for roadbench.1, roadbench-run.1 and so on; made where it is not there.
     dir: PathBuf,
 }
@@ -29,7 +29,7 @@ pub struct Man {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn completions(arguments: &Completions, mut command: Command) -> Result<(), Failure> {
+pub(crate) fn completions(arguments: &Completions, mut command: Command) -> Result<(), Failure> {
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "roadbench", &mut text);
     put!("{}", String::from_utf8_lossy(&text));
@@ -40,7 +40,7 @@ pub fn completions(arguments: &Completions, mut command: Command) -> Result<(), 
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
+pub(crate) fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
     let dir = &arguments.dir;
     let command = command.disable_help_subcommand(true);
     let mut pages = Vec::new();

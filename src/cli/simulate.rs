@@ -29,7 +29,7 @@ use crate::store::tables::output::{Outputs, is_output};
 
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
@@ -59,7 +59,7 @@ fn help() -> String {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     check_archive(&arguments.out)?;
     if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
         refuse_tyres(&arguments)?;

@@ -6,12 +6,12 @@ use crate::batch::workers::threads;
 
 /// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
 #[derive(Debug)]
-pub struct Steps(ProgressBar);
+pub(super) struct Steps(ProgressBar);
 
 impl Steps {
     /// Says how much there is to do; `what` is what a piece is called, many of them. `bar` is hidden still, and log events
     /// step aside for it.
-    pub fn begin(bar: ProgressBar, many: usize, what: &str) -> Self {
+    pub(super) fn begin(bar: ProgressBar, many: usize, what: &str) -> Self {
         tracing::info!("{many} {what}");
         let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}  {eta} left");
         if let Ok(style) = style {
@@ -26,7 +26,7 @@ impl Steps {
     }
 
     /// One more is done.
-    pub fn done(&self) {
+    pub(super) fn done(&self) {
         self.0.inc(1);
     }
 }

@@ -23,7 +23,7 @@ use crate::tyre::tydex;
 
 /// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// A published set, or a .tir or .toml file.
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     tyre: String,
@@ -53,7 +53,7 @@ const SLIPS: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { load, friction, .. } = *arguments;
     if !(10.0..=20_000.0).contains(&load) || !(0.01..=3.0).contains(&friction) {
         return Err(Failure::Usage(format!(

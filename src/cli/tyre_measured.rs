@@ -21,7 +21,7 @@ const SWEEPS: usize = 3;
 ///
 /// # Errors
 /// The file is none, or the figure cannot be written.
-pub fn against_measured(
+pub(crate) fn against_measured(
     (name, tyre): (&str, &dyn TyreModel),
     measured: &Path,
     friction: f64,

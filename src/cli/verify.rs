@@ -9,7 +9,7 @@ use crate::store::objects::Location;
 
 /// Hold an output against its checksums, its rows against one another and its sessions against their logs
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
     #[arg(value_parser = location())]
     out: Location,
@@ -29,7 +29,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`]; exit code 1 where the output is damaged.
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let Arguments { out, no_logs, mend: mends, lose } = arguments;
     out.as_path().map_or(Ok(()), require_folder)?;
     let done = verify(&out, !no_logs)?;

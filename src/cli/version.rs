@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 /// Version, commit, platform, profile and features; `-V` says the first alone.
-pub fn long() -> &'static str {
+pub(super) fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
         let features = [("fleet", cfg!(feature = "fleet")), ("cloud", cfg!(feature = "cloud"))];

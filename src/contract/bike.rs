@@ -26,17 +26,17 @@ use crate::store::objects::files::read_text;
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
 const USUAL_SLIP_LAG: f64 = 0.07;
 /// Gain of slip stiffness per load with the load at rest once more where the file has none; as the schema says.
-pub const USUAL_SLIP_STIFFNESS_LOAD: f64 = 0.2;
+pub(crate) const USUAL_SLIP_STIFFNESS_LOAD: f64 = 0.2;
 /// Spin inertia of the wheels where the file has none, front and rear, kg m²: 17 inch wheels with
 /// tyre and disc; `assumed` in the schema.
-pub const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
+pub(crate) const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
 /// Trail where the file has none, m: `assumed` in the schema.
-pub const USUAL_TRAIL: f64 = 0.1;
+pub(crate) const USUAL_TRAIL: f64 = 0.1;
 
 /// Name of the file, without its ending, that stands in for bikes that have none.
-pub const DEFAULT: &str = "default";
+pub(crate) const DEFAULT: &str = "default";
 /// Key that names the bike that the default file stands in for; the program puts it in.
-pub const STANDS_IN_FOR: &str = "stands_in_for";
+pub(crate) const STANDS_IN_FOR: &str = "stands_in_for";
 
 /// What can be wrong with a bike file.
 #[derive(Debug, thiserror::Error)]

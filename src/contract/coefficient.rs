@@ -238,9 +238,9 @@ use Source::{BikeFile, InGear, OffRoad, OnRoad};
 const TAKEN: Source = BikeFile(GIVEN);
 
 /// The reason of what the bike file gives.
-pub const GIVEN: &str = "given in the bike file";
+pub(crate) const GIVEN: &str = "given in the bike file";
 /// The true value over that of a rule (relaxation length, pneumatic trail): within these.
-pub const RULE: [f64; 2] = [0.3, 2.0];
+pub(crate) const RULE: [f64; 2] = [0.3, 2.0];
 
 const fn needs(part: Part, channels: &'static [Channel], riding: Riding) -> Requirement {
     Requirement { part, channels, riding }

@@ -1,6 +1,6 @@
 //! Names of errors that are no number of the bike file, in the table `evidence`.
 
 /// The ride's own scatter.
-pub const OWN: &str = "own";
+pub(crate) const OWN: &str = "own";
 /// What the model is wrong by for this motorcycle, of each coefficient on its own.
-pub const MODEL: &str = "model";
+pub(crate) const MODEL: &str = "model";

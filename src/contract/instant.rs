@@ -14,32 +14,32 @@ pub fn parse(text: &str) -> Option<Timestamp> {
 }
 
 /// Microseconds since 1970 of a text, as [`parse`].
-pub fn microseconds(text: &str) -> Option<i64> {
+pub(crate) fn microseconds(text: &str) -> Option<i64> {
     parse(text).map(Timestamp::as_microsecond)
 }
 
 /// RFC 3339 in UTC of microseconds since 1970; `None` where a calendar does not reach.
-pub fn text(microseconds: i64) -> Option<String> {
+pub(crate) fn text(microseconds: i64) -> Option<String> {
     Timestamp::from_microsecond(microseconds).ok().map(|t| t.to_string())
 }
 
 /// Days since 1970 of a text, as [`parse`].
-pub fn days(text: &str) -> Option<f64> {
+pub(crate) fn days(text: &str) -> Option<f64> {
     Some(microseconds(text)? as f64 / 86_400e6)
 }
 
 /// Year and month in UTC, `2026-05`; `None` where the text is no time after Christ.
-pub fn month(text: &str) -> Option<String> {
+pub(crate) fn month(text: &str) -> Option<String> {
     let day = parse(text)?.to_zoned(TimeZone::UTC).date();
     (day.year() > 0).then(|| format!("{:04}-{:02}", day.year(), day.month()))
 }
 
 /// Years in which a ride may have been recorded: before them a clock was not set, and calendars of other programs that read
 /// the tables end (pandas 2262, Python year 1).
-pub const YEARS: std::ops::Range<i16> = 1980..2200;
+pub(crate) const YEARS: std::ops::Range<i16> = 1980..2200;
 
 /// Whether a text is a time at which a ride may have been recorded; a text that is no time is none.
-pub fn is_plausible(text: &str) -> bool {
+pub(crate) fn is_plausible(text: &str) -> bool {
     parse(text).is_some_and(|at| YEARS.contains(&at.to_zoned(TimeZone::UTC).year()))
 }
 

@@ -2,17 +2,17 @@
 //! coefficients, verdicts, warnings, and the schemas of tables and files as declared in
 //! `schemas/`.
 
-pub mod bike;
-pub mod channel;
-pub mod coefficient;
-pub mod error_source;
-pub mod file_kind;
-pub mod fleet_event;
-pub mod instant;
-pub mod reason;
-pub mod residual_channel;
-pub mod schema;
-pub mod session;
-pub mod status;
-pub mod verdict;
-pub mod warning;
+pub(crate) mod bike;
+pub(crate) mod channel;
+pub(crate) mod coefficient;
+pub(crate) mod error_source;
+pub(crate) mod file_kind;
+pub(crate) mod fleet_event;
+pub(crate) mod instant;
+pub(crate) mod reason;
+pub(crate) mod residual_channel;
+pub(crate) mod schema;
+pub(crate) mod session;
+pub(crate) mod status;
+pub(crate) mod verdict;
+pub(crate) mod warning;

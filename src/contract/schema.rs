@@ -13,7 +13,7 @@ use serde::Deserialize;
 macro_rules! embed {
     ($($name:literal),* $(,)?) => {
         /// Name and schema of everything that goes in.
-        pub const INPUTS: &[(&str, &str)] = &[
+        pub(crate) const INPUTS: &[(&str, &str)] = &[
             $(($name, include_str!(concat!("../../schemas/", $name, ".v1.toml")))),*
         ];
     };
@@ -22,7 +22,7 @@ macro_rules! embed {
 embed!("session", "channel_map", "bike", "motorcycle", "ride", "pipeline");
 
 /// The schema of an input, by name with or without its version (`session`, `session.v1`).
-pub fn text(name: &str) -> Option<&'static str> {
+pub(crate) fn text(name: &str) -> Option<&'static str> {
     let name = name.strip_suffix(".v1").unwrap_or(name);
     INPUTS.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
 }
@@ -389,7 +389,7 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
 ///
 /// # Errors
 /// A sentence that names the key.
-pub fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
+pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
     fn look(path: &str, value: &toml::Value) -> Result<(), String> {
         match value {
             toml::Value::Float(x) if !x.is_finite() => {
@@ -411,7 +411,7 @@ pub fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
 ///
 /// # Errors
 /// A sentence that names the key.
-pub fn refuse_infinite_in(text: &str) -> Result<(), String> {
+pub(crate) fn refuse_infinite_in(text: &str) -> Result<(), String> {
     toml::from_str::<toml::Table>(text).map_or(Ok(()), |table| refuse_infinite(&table))
 }
 
@@ -466,7 +466,10 @@ pub fn closest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
 }
 
 /// As [`closest`], whatever the case, and else a name that the word is a part of or has in it.
-pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl Iterator<Item = &'a str>,
+) -> Option<&'a str> {
     let lower = word.to_lowercase();
     let named: Vec<(String, &str)> = candidates.map(|c| (c.to_lowercase(), c)).collect();
     let near = closest(&lower, named.iter().map(|(l, _)| l.as_str())).map(str::to_owned);
@@ -480,13 +483,13 @@ pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
 }
 
 /// `; did you mean ...?` where a candidate is near to a misspelt word, else nothing.
-pub fn meant<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn meant<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> String {
     closest(word, candidates).map(|c| format!("; did you mean `{c}`?")).unwrap_or_default()
 }
 
 /// The message of a TOML reader about an unknown key or word, with the nearest of those that it
 /// says it expected.
-pub fn with_hint(message: &str) -> String {
+pub(crate) fn with_hint(message: &str) -> String {
     let quoted = |text: &str| -> Vec<String> {
         text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
     };

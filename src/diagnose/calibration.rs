@@ -9,13 +9,13 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 const QUANTILE: f64 = 0.95;
 
 /// A kind of manoeuvre and the place of a channel of residuals.
-pub type Cell = (ManoeuvreKind, usize);
+pub(crate) type Cell = (ManoeuvreKind, usize);
 
 /// Root mean square and number of the residuals in each cell.
-pub type Rms = BTreeMap<Cell, (f64, usize)>;
+pub(crate) type Rms = BTreeMap<Cell, (f64, usize)>;
 
 /// Mean and largest root mean square of the residuals of null simulations in each cell.
-pub type Floor = BTreeMap<Cell, [f64; 2]>;
+pub(crate) type Floor = BTreeMap<Cell, [f64; 2]>;
 
 /// What candidates and residuals show on null simulations; `S` is what scores are measured by.
 #[derive(Debug, Clone)]
@@ -41,7 +41,7 @@ impl<S> Calibration<S> {
 }
 
 /// The score that a share of `QUANTILE` of null simulations stays below; infinite without any.
-pub fn threshold(mut tops: Vec<f64>) -> f64 {
+pub(crate) fn threshold(mut tops: Vec<f64>) -> f64 {
     if tops.is_empty() {
         return f64::INFINITY;
     }
@@ -66,7 +66,7 @@ pub fn rms(residuals: impl Iterator<Item = (Cell, f64)>) -> Rms {
 }
 
 /// The floor under `nulls` null simulations.
-pub fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
+pub(crate) fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
     let mut out = Floor::new();
     for (cell, (size, _)) in sizes.flatten() {
         let floor = out.entry(*cell).or_insert([0.0, 0.0]);
@@ -77,7 +77,7 @@ pub fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
 }
 
 /// Correlation of the pairs that are finite; 0 where either does not vary.
-pub fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub(crate) fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     let pairs: Vec<(f64, f64)> = pairs.filter(|(x, r)| x.is_finite() && r.is_finite()).collect();
     let n = pairs.len() as f64;
     let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));

@@ -78,7 +78,7 @@ pub enum Objection {
 
 /// A candidate at a stage of the naming, before any verdict.
 #[derive(Debug, Clone)]
-pub struct Judged {
+pub(crate) struct Judged {
     /// The candidate.
     pub candidate: Candidate,
     /// Its size; `None` where no size is better than none.
@@ -95,7 +95,7 @@ pub struct Judged {
 
 impl Judged {
     /// A cause with a verdict, without a refit.
-    pub fn cause(&self, verdict: Verdict) -> Cause {
+    pub(crate) fn cause(&self, verdict: Verdict) -> Cause {
         Cause {
             candidate: self.candidate,
             verdict,

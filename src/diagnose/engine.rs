@@ -16,7 +16,7 @@ use crate::store::tables::rows::DiscrepancyRow;
 /// What decides whether a candidate is named, where the kinds of riding differ. Scores are in units of
 /// what 19 of 20 null simulations stay below.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NamingRules {
+pub(crate) struct NamingRules {
     /// Score from which there is an alarm, and that a named candidate and its equivalents must have.
     pub alarm: f64,
     /// Share of the best gain from which a candidate is an equivalent.
@@ -28,7 +28,7 @@ pub struct NamingRules {
 
 /// A candidate in a joint fit with the model.
 #[derive(Debug, Clone)]
-pub struct Refit<M> {
+pub(crate) struct Refit<M> {
     /// As it was judged before.
     pub judged: Judged,
     /// Its size in the joint fit.
@@ -41,7 +41,7 @@ pub struct Refit<M> {
 
 /// What is left of the named causes once each was put to the test, and all other candidates.
 #[derive(Debug, Clone)]
-pub struct Confirmed<M> {
+pub(crate) struct Confirmed<M> {
     /// In the order of their naming, with their final sizes.
     pub named: Vec<Cause>,
     /// Those with an objection.
@@ -58,7 +58,7 @@ pub struct Confirmed<M> {
 
 /// The row of `causes` of what no candidate explains.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unexplained {
+pub(crate) struct Unexplained {
     /// How many times what null simulations show.
     pub score: f64,
     /// What the score is of.
@@ -70,10 +70,10 @@ pub struct Unexplained {
 }
 
 /// Block residuals of one channel in one kind of manoeuvre: block and residual, in time order.
-pub type CellResiduals = BTreeMap<Cell, Vec<(usize, f64)>>;
+pub(crate) type CellResiduals = BTreeMap<Cell, Vec<(usize, f64)>>;
 
 /// Residuals put into their cells, in the order in which they come.
-pub fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResiduals {
+pub(crate) fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResiduals {
     let mut out = CellResiduals::new();
     for (cell, block, r) in residuals {
         out.entry(cell).or_default().push((block, r));
@@ -83,7 +83,7 @@ pub fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResi
 
 /// A kind of riding that can be diagnosed, for one ride: its residuals, its candidates, its null
 /// simulations and what is particular about judging them.
-pub trait Engine {
+pub(crate) trait Engine {
     /// A fitted model, the base or one with causes.
     type Model;
     /// A model with what every open candidate shows on it.
@@ -165,7 +165,7 @@ pub trait Engine {
 }
 
 /// Names the causes of a ride.
-pub fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
+pub(crate) fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     let rules = engine.rules();
     let mut stage = engine.first();
     let mut judged = engine.judge(&stage);

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 /// Number of folds.
-pub const FOLDS: usize = 5;
+pub(crate) const FOLDS: usize = 5;
 
 /// Sum of a loss over the folds, which are computed in parallel: the same to the last digit on any number
 /// of threads.
-pub fn sum_over_folds(loss: impl Fn(usize) -> f64 + Sync) -> f64 {
+pub(crate) fn sum_over_folds(loss: impl Fn(usize) -> f64 + Sync) -> f64 {
     let losses: Vec<f64> = (0..FOLDS).into_par_iter().map(&loss).collect();
     by_halves(&losses)
 }

@@ -12,21 +12,21 @@
 //! simulations ([`calibration`]): the ride again on the model as it is, in which nothing is left out. The
 //! constants that decide are in [`tuning`].
 
-pub mod calibration;
-pub mod cause;
-pub mod diagnosis;
-pub mod engine;
-pub mod held_out;
-pub mod levels;
-pub mod offroad;
-pub mod road;
-pub mod settings;
-pub mod summary;
-pub mod tables;
-pub mod tuning;
+pub(crate) mod calibration;
+pub(crate) mod cause;
+pub(crate) mod diagnosis;
+pub(crate) mod engine;
+pub(crate) mod held_out;
+pub(crate) mod levels;
+pub(crate) mod offroad;
+pub(crate) mod road;
+pub(crate) mod settings;
+pub(crate) mod summary;
+pub(crate) mod tables;
+pub(crate) mod tuning;
 
-pub use diagnosis::Diagnosis;
-pub use settings::Settings;
+pub(crate) use diagnosis::Diagnosis;
+pub(crate) use settings::Settings;
 
 use crate::contract::bike::Bike;
 use crate::ingest;
@@ -36,7 +36,7 @@ use crate::pipeline::{self, Input, Pipeline, Rejection};
 ///
 /// # Errors
 /// The log cannot be used, or does not hold what a diagnosis needs.
-pub fn run(
+pub(crate) fn run(
     input: &Input<'_>,
     bike: &Bike,
     pipeline: &Pipeline,
@@ -49,7 +49,7 @@ pub fn run(
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_raw(
+pub(crate) fn run_raw(
     raw: ingest::Raw,
     bike: &Bike,
     pipeline: &Pipeline,

@@ -157,7 +157,7 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
 }
 
 /// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
-pub fn pooled(row: &CauseRow) -> Option<String> {
+pub(crate) fn pooled(row: &CauseRow) -> Option<String> {
     let [value, low, high] = [row.value?, row.ci95_low?, row.ci95_high?].map(significant);
     Some(format!(
         "{} {}: {}\n      {value} {}, 95 % interval {low} to {high}; {}",

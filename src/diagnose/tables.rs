@@ -11,7 +11,7 @@ use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 const STRUCTURED: f64 = 1.25;
 
 /// One row per candidate, and one of what none of them explains.
-pub fn causes<E: Engine>(
+pub(crate) fn causes<E: Engine>(
     engine: &E,
     naming: &Naming<E::Model>,
     discrepancies: &[DiscrepancyRow],
@@ -117,7 +117,7 @@ fn reason(cause: &Cause, remark: &str) -> String {
 }
 
 /// One row per channel and kind of manoeuvre.
-pub fn discrepancies<E: Engine>(
+pub(crate) fn discrepancies<E: Engine>(
     engine: &E,
     naming: &Naming<E::Model>,
     ident: &Ident,
@@ -162,7 +162,7 @@ pub fn discrepancies<E: Engine>(
 }
 
 /// Root mean squares of the residuals of every cell.
-pub fn rms_of(cells: &CellResiduals) -> Rms {
+pub(crate) fn rms_of(cells: &CellResiduals) -> Rms {
     rms(cells.iter().flat_map(|(cell, own)| own.iter().map(|(_, r)| (*cell, *r))))
 }
 

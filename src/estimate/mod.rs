@@ -4,15 +4,15 @@
 //! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
 //! algebra (eqs. 24-36), [`quasi_static`] selects the corner samples. Nothing is fitted here.
 
-pub mod offroad;
-pub mod quasi_static;
-pub mod relaxation;
-pub mod rolling_front;
-pub mod samples;
-pub mod signals;
-pub mod table;
-pub mod turn;
-pub mod zeros;
+pub(crate) mod offroad;
+pub(crate) mod quasi_static;
+pub(crate) mod relaxation;
+pub(crate) mod rolling_front;
+pub(crate) mod samples;
+pub(crate) mod signals;
+pub(crate) mod table;
+pub(crate) mod turn;
+pub(crate) mod zeros;
 
 use serde::{Deserialize, Serialize};
 

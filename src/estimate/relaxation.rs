@@ -3,7 +3,7 @@
 use super::samples::Samples;
 
 /// The slip angles behind the kinematic ones by the relaxation of each tyre (1).
-pub struct SlipLag {
+pub(crate) struct SlipLag {
     /// Rate of the samples, Hz.
     rate: f64,
     /// Relaxation lengths, m.
@@ -14,12 +14,18 @@ pub struct SlipLag {
 
 impl SlipLag {
     /// `relaxation` in m, `rate` of the samples in Hz.
-    pub fn new(relaxation: [f64; 2], rate: f64) -> Self {
+    pub(crate) fn new(relaxation: [f64; 2], rate: f64) -> Self {
         SlipLag { rate, relaxation, lagged: [0.0; 2], previous: [0.0; 2] }
     }
 
     /// The slip angles of sample `i` at a speed; each stretch of samples starts without lag.
-    pub fn next(&mut self, x: &Samples, i: usize, speed: f64, kinematic: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn next(
+        &mut self,
+        x: &Samples,
+        i: usize,
+        speed: f64,
+        kinematic: [f64; 2],
+    ) -> [f64; 2] {
         let first = i == 0
             || x.segment[i] != x.segment[i - 1]
             || (x.time[i] - x.time[i - 1]) * self.rate > 1.5;

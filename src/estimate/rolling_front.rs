@@ -7,11 +7,11 @@ use super::samples::Samples;
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Slip stiffness per load of a front tyre that no ride has shown.
-pub const USUAL_SLIP_STIFFNESS: f64 = 20.0;
+pub(crate) const USUAL_SLIP_STIFFNESS: f64 = 20.0;
 /// Slip stiffnesses per load that a front tyre may have.
 const SLIP_STIFFNESSES: [f64; 2] = [8.0, 40.0];
 /// Least load of a front wheel that rolls with the road, over its load at rest.
-pub const LEAST_LOAD: f64 = 0.2;
+pub(crate) const LEAST_LOAD: f64 = 0.2;
 
 /// The front wheel as the measure of the rear one's slip.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -132,7 +132,7 @@ fn between(x: &[f64], at: f64) -> f64 {
 
 /// Gathers what the used segments of some kinds have; `rate` in Hz, `latency` of the velocity
 /// channels in s.
-pub fn gather(
+pub(crate) fn gather(
     session: &Session,
     segments: &[Segment],
     kinds: &[ManoeuvreKind],

@@ -14,7 +14,7 @@ use super::signals::Signals;
 ///
 /// # Errors
 /// The columns do not fit the schema: our own mistake.
-pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, String> {
+pub(crate) fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, String> {
     let mut order: Vec<(usize, usize)> = Vec::new();
     for (set, (samples, _)) in sets.iter().enumerate() {
         order.extend((0..samples.len()).map(|i| (set, i)));

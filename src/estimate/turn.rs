@@ -16,7 +16,7 @@ const SLOWEST: f64 = 3.0;
 /// Yaw rate by course or position, rad/s, positive to the left; `None` where there is a measured one or neither of those.
 ///
 /// The course turns as the frame does where the side slip is steady.
-pub fn yaw_rate(session: &Session) -> Option<Vec<f64>> {
+pub(crate) fn yaw_rate(session: &Session) -> Option<Vec<f64>> {
     if session.has(Channel::YawRate) {
         return None;
     }

@@ -57,7 +57,7 @@ pub fn high_cut(x: &mut [f64], rate: f64, cut: f64) {
 ///
 /// The run is extended by mirroring at its ends, so that the slow mean there is the mean of
 /// what is near. A run shorter than a period of the cut loses its mean. Samples must be finite.
-pub fn remove_slow(x: &mut [f64], rate: f64, cut: f64) {
+pub(crate) fn remove_slow(x: &mut [f64], rate: f64, cut: f64) {
     if (x.len() as f64) * cut < rate {
         let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
         x.iter_mut().for_each(|v| *v -= mean);

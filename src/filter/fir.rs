@@ -18,7 +18,7 @@ const SMALLEST_HALF: usize = 2;
 /// Each contiguous run is differentiated by itself. In a run shorter than the window the
 /// window shrinks to it; runs of fewer than five samples have no derivative (NaN), nor do
 /// missing samples.
-pub fn derivative(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
+pub(crate) fn derivative(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; x.len()];
     let wanted = ((0.5 * window * rate).round() as usize).max(SMALLEST_HALF);
     let mut next = 0;
@@ -66,7 +66,7 @@ fn weights(half: usize, at: f64, rate: f64) -> Vec<f64> {
 /// would run away).
 ///
 /// Each contiguous run starts from 0 and loses its own mean; missing samples stay NaN.
-pub fn integral(x: &[f64], rate: f64) -> Vec<f64> {
+pub(crate) fn integral(x: &[f64], rate: f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; x.len()];
     let mut next = 0;
     while let Some(run) = next_run(x, next) {

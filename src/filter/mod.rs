@@ -29,11 +29,11 @@ use crate::statistics::runs::next_run;
 pub(crate) mod band;
 mod fir;
 
-pub use band::{high_cut, remove_slow};
-pub use fir::{derivative, integral};
+pub(crate) use band::{high_cut, remove_slow};
+pub(crate) use fir::{derivative, integral};
 
 /// Shortest run that is filtered, s: a manoeuvre takes longer, a few stray samples do not.
-pub const SHORTEST: f64 = 0.3;
+pub(crate) const SHORTEST: f64 = 0.3;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

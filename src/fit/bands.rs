@@ -25,7 +25,7 @@ const HEIGHT: usize = 2;
 
 /// A curve at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub(crate) struct Band {
     /// Its value.
     pub value: f64,
     /// 95 % interval with all that the curve depends on; `None` where the ride does not bound it.
@@ -37,7 +37,7 @@ pub struct Band {
 impl Band {
     /// The same in another unit.
     #[must_use]
-    pub fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         let scaled = |ends: [f64; 2]| {
             let [a, b] = ends.map(|end| factor * end);
             [a.min(b), a.max(b)]
@@ -52,7 +52,7 @@ impl Band {
 
 /// The bands of one session's fits.
 #[derive(Debug)]
-pub struct Bands<'a> {
+pub(crate) struct Bands<'a> {
     solution: &'a Solution,
     upstream: Vec<&'a Upstream>,
     /// Rows of the table, with what was added to them after the fit.
@@ -61,12 +61,12 @@ pub struct Bands<'a> {
 
 impl<'a> Bands<'a> {
     /// Of a solution and the rows that the table has of it.
-    pub fn new(solution: &'a Solution, rows: &'a [Coefficient]) -> Self {
+    pub(crate) fn new(solution: &'a Solution, rows: &'a [Coefficient]) -> Self {
         Bands { solution, upstream: solution.upstream.iter().collect(), rows }
     }
 
     /// Longitudinal friction at a slip ratio.
-    pub fn friction(&self, k: usize, slip: f64) -> Option<Band> {
+    pub(crate) fn friction(&self, k: usize, slip: f64) -> Option<Band> {
         let fit = self.solution.fits.friction[k].as_ref()?;
         let (value, slope) = fit.formula.value_and_slope(slip);
         let at = |theta: &[f64]| friction::curve(theta).value(slip);
@@ -106,7 +106,7 @@ impl<'a> Bands<'a> {
     }
 
     /// Slip angle of steady corners at a camber, rad.
-    pub fn slip_angle(&self, k: usize, camber: f64) -> Option<Band> {
+    pub(crate) fn slip_angle(&self, k: usize, camber: f64) -> Option<Band> {
         let fit = self.solution.fits.lateral[k].slip.as_ref()?;
         let contrast = [camber, camber.powi(3)];
         let value = fit.theta[C1] * contrast[0] + fit.theta[C3] * contrast[1];
@@ -120,7 +120,7 @@ impl<'a> Bands<'a> {
     }
 
     /// Lateral friction of steady corners at a camber.
-    pub fn lateral_friction(&self, k: usize, camber: f64) -> Option<Band> {
+    pub(crate) fn lateral_friction(&self, k: usize, camber: f64) -> Option<Band> {
         let fit = self.solution.fits.lateral[k].friction.as_ref()?;
         let id = (Axle::BOTH[k], C::LateralFrictionCt).into();
         Some(self.multiple(fit, CT, id, 1.0)?.times(camber.tan()))
@@ -130,7 +130,7 @@ impl<'a> Bands<'a> {
     /// the coefficient not determined.
     ///
     /// METHOD: their ratio is assumed. Over 100 machines the bands of what was not determined held 81 to 91 % of the curves.
-    pub fn stiffness(&self, k: usize, of_camber: bool, camber: f64) -> Option<Band> {
+    pub(crate) fn stiffness(&self, k: usize, of_camber: bool, camber: f64) -> Option<Band> {
         let (solution, axle) = (self.solution, Axle::BOTH[k]);
         let formulation = solution.inputs.formulation;
         let ratio = solution.inputs.bike.wheel(axle).side_force_ratio;
@@ -154,7 +154,7 @@ impl<'a> Bands<'a> {
     }
 
     /// Force that slows the coasting motorcycle, N, at the square of its speed and its weight.
-    pub fn resistance(&self, square: f64, weight: f64) -> Option<Band> {
+    pub(crate) fn resistance(&self, square: f64, weight: f64) -> Option<Band> {
         let fit = self.solution.fits.coasting.resistance.as_ref()?;
         let mut contrast = vec![0.0; fit.theta.len()];
         (contrast[DRAG], contrast[ROLLING]) = (square, weight);
@@ -172,7 +172,7 @@ impl<'a> Bands<'a> {
     }
 
     /// Overturning moment over lever: the fitted [`K_X`], m.
-    pub fn overturning(&self) -> Option<Band> {
+    pub(crate) fn overturning(&self) -> Option<Band> {
         let fit = self.solution.fits.overturning.as_ref()?;
         let inputs = &self.solution.inputs;
         let part = Part::Front;

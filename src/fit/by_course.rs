@@ -14,7 +14,7 @@ use crate::store::tables::rows::Coefficient;
 const MODEL_ERROR: [f64; 2] = [0.03, 0.02];
 
 /// Widens the intervals of the lateral friction where the course stands in for what was not measured.
-pub fn widen(rows: &mut [Coefficient], session: &Session) {
+pub(crate) fn widen(rows: &mut [Coefficient], session: &Session) {
     if session.has(Channel::YawRate) && session.has(Channel::SteerAngle) {
         return;
     }

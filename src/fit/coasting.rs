@@ -25,22 +25,22 @@ const RESISTANCE_FLOOR: f64 = 5e-4;
 
 /// Under engine power the front wheel rolls freely, but for its inertia; below this acceleration
 /// that is a slip of less than 0.04 %, m/s².
-pub const GENTLE: f64 = 1.5;
+pub(crate) const GENTLE: f64 = 1.5;
 /// Coasting runs that do without the help of driving.
 const ENOUGH: usize = 3;
 
 /// Coefficient of the radius fit: the rolling radius, m.
-pub const RADIUS: usize = 0;
+pub(crate) const RADIUS: usize = 0;
 /// Coefficient of the resistance fit: aerodynamic drag, kg/m.
-pub const DRAG: usize = 0;
+pub(crate) const DRAG: usize = 0;
 /// Coefficient of the resistance fit: rolling resistance over weight.
-pub const ROLLING: usize = 1;
+pub(crate) const ROLLING: usize = 1;
 /// Coefficient of the resistance fit where both directions were ridden: the outbound grade.
-pub const GRADE: usize = 2;
+pub(crate) const GRADE: usize = 2;
 
 /// The samples that determine the front wheel's radius: coasting, and gentle driving beside it where
 /// there are fewer than three coasting runs.
-pub fn free_rolling(coast: &Samples, driving: &Samples) -> Samples {
+pub(crate) fn free_rolling(coast: &Samples, driving: &Samples) -> Samples {
     let mut out = coast.clone();
     if clustered_fit::count(&coast.segment) < ENOUGH {
         let gentle: Vec<usize> =
@@ -181,7 +181,7 @@ pub fn fit(x: &Samples, front: &Samples, known: bool, inputs: &Inputs) -> Coasti
 }
 
 /// The same coefficients when the inputs change a little, robust weights held.
-pub fn refit(
+pub(crate) fn refit(
     x: &Samples,
     front: &Samples,
     inputs: &Inputs,

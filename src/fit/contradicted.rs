@@ -7,7 +7,7 @@ use crate::contract::session::Session;
 use crate::store::tables::rows::{Coefficient, Status};
 
 /// Takes the status `ok` (or of a bound) from the rows that depend on a contradicted channel, with the reason.
-pub fn object(rows: &mut [Coefficient], session: &Session) {
+pub(crate) fn object(rows: &mut [Coefficient], session: &Session) {
     for row in rows {
         if !matches!(row.status, Status::Ok | Status::LowerBound) {
             continue;

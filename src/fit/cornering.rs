@@ -31,17 +31,17 @@ const FRICTION_FLOOR: f64 = 0.015;
 const MOMENT_FLOOR: f64 = 5e-4;
 
 /// Coefficient of the slip fit (37): slip angle over camber, linear.
-pub const C1: usize = 0;
+pub(crate) const C1: usize = 0;
 /// Coefficient of the slip fit (37): cubic, 1/rad².
-pub const C3: usize = 1;
+pub(crate) const C3: usize = 1;
 /// Coefficient of the friction fit (38).
-pub const CT: usize = 0;
+pub(crate) const CT: usize = 0;
 /// Coefficient of the compliance fit (39): one over the upright cornering stiffness per load, rad.
-pub const T1: usize = 0;
+pub(crate) const T1: usize = 0;
 /// Coefficient of the compliance fit (39): its growth with the square of camber, 1/rad.
-pub const T2: usize = 1;
+pub(crate) const T2: usize = 1;
 /// Coefficient of the overturning fit (35): of the front tyre, of the vehicle in the printed form, m.
-pub const K_X: usize = 0;
+pub(crate) const K_X: usize = 0;
 
 /// Rows of one tyre's lateral fits.
 #[derive(Debug, Clone, Default)]
@@ -101,7 +101,13 @@ impl Lateral {
 }
 
 /// The kept samples of one tyre as rows; `ratio` is the side force ratio `C`.
-pub fn rows(signals: &Signals, segment: &[usize], keep: &[usize], tyre: usize, ratio: f64) -> Rows {
+pub(crate) fn rows(
+    signals: &Signals,
+    segment: &[usize],
+    keep: &[usize],
+    tyre: usize,
+    ratio: f64,
+) -> Rows {
     let mut out = Rows::default();
     for &i in keep {
         let gamma = signals.camber[tyre][i];
@@ -249,7 +255,7 @@ impl Parameters {
 }
 
 /// The same numbers when the inputs change a little, robust weights held.
-pub fn refit(rows: &Rows, base: &Lateral) -> Parameters {
+pub(crate) fn refit(rows: &Rows, base: &Lateral) -> Parameters {
     let again = |columns: &[&[f64]], y: &[f64], fitted: &Option<Fitted>| {
         clustered_fit::refit(columns, y, &fitted.as_ref()?.weights)
     };
@@ -272,7 +278,11 @@ pub struct OverturningRows {
 }
 
 /// The kept samples as rows of the overturning fit.
-pub fn overturning_rows(signals: &Signals, segment: &[usize], keep: &[usize]) -> OverturningRows {
+pub(crate) fn overturning_rows(
+    signals: &Signals,
+    segment: &[usize],
+    keep: &[usize],
+) -> OverturningRows {
     OverturningRows {
         lever: keep.iter().map(|&i| signals.overturning_lever[i]).collect(),
         moment: keep.iter().map(|&i| signals.overturning[i]).collect(),
@@ -290,7 +300,7 @@ pub fn fit_overturning(rows: &OverturningRows, mass: f64) -> Option<Fitted> {
 }
 
 /// `k_x` of a part per unit of the fitted [`K_X`] (eq. 36).
-pub fn overturning_share(bike: &Bike, formulation: Formulation, part: Part) -> f64 {
+pub(crate) fn overturning_share(bike: &Bike, formulation: Formulation, part: Part) -> f64 {
     let front_load = bike.cg_to_rear() / bike.wheelbase;
     let rear_load = bike.cg_to_front / bike.wheelbase;
     let [front, rear, vehicle] = match formulation {

@@ -24,7 +24,7 @@ const PEAK_SLIP: f64 = 0.12;
 const FEW: f64 = 3.0;
 
 /// The rows of a session, from its final rows of `coefficients`.
-pub fn rows(
+pub(crate) fn rows(
     solution: &Solution,
     bike: &Bike,
     coefficients: &[Coefficient],

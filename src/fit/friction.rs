@@ -26,14 +26,14 @@ use crate::tyre::MagicFormula;
 
 /// The fitted parameters in their order; the last one only of a tyre that was driven as well as
 /// braked.
-pub const PARAMETERS: [Coefficient; 5] =
+pub(crate) const PARAMETERS: [Coefficient; 5] =
     [Coefficient::MfB, Coefficient::MfC, Coefficient::MfD, Coefficient::MfE1, Coefficient::MfE2];
 
 /// Place of the odd curvature, where it is fitted.
-pub const E2: usize = 4;
+pub(crate) const E2: usize = 4;
 
 /// The curve of fitted parameters.
-pub fn curve(theta: &[f64]) -> MagicFormula {
+pub(crate) fn curve(theta: &[f64]) -> MagicFormula {
     MagicFormula {
         b: theta[0],
         c: theta[1],
@@ -302,7 +302,7 @@ pub fn fit(rows: &Rows) -> Option<Friction> {
 }
 
 /// The same of samples that have changed little since a fit: from its curve, without a search.
-pub fn fit_near(rows: &Rows, before: &Friction) -> Option<Friction> {
+pub(crate) fn fit_near(rows: &Rows, before: &Friction) -> Option<Friction> {
     let mut start = before.theta.clone();
     start.resize(rows.parameters(), 0.0);
     fit_from(rows, &[start], &Options { search_iterations: 0, ..OPTIONS })

@@ -15,7 +15,7 @@ const LEAST: f64 = 1.2;
 
 /// What one key costs that the bike file does not have, or gives with an uncertainty.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cost {
+pub(crate) struct Cost {
     /// The key; without `front.` and `rear.`, which are taken together.
     pub key: String,
     /// The coefficient that it widens most.
@@ -46,7 +46,7 @@ fn percent(share: f64) -> String {
 }
 
 /// The keys whose want or uncertainty costs most, at most three, the most costly first.
-pub fn costs(solution: &Solution) -> Vec<Cost> {
+pub(crate) fn costs(solution: &Solution) -> Vec<Cost> {
     let declared: Vec<Key> = bike::schema().keys;
     let is_key = |u: &&Upstream| declared.iter().any(|k| k.path == u.source.name);
     let mut keys: Vec<&str> =

@@ -6,29 +6,29 @@
 //! fitted, [`coefficients`] the rows of the table, with the status of [`verdict`], [`missing`] what the
 //! numbers cost that the bike file does not have, [`bands`] how well the curves are known that charts draw.
 
-pub mod assemble;
-pub mod bands;
-pub mod by_course;
-pub mod chain;
-pub mod coasting;
-pub mod coefficients;
-pub mod config;
-pub mod contradicted;
-pub mod cornering;
-pub mod data;
-pub mod evidence;
-pub mod friction;
-pub mod in_gear;
-pub mod missing;
-pub mod refit;
-pub mod rows;
-pub mod selection;
-pub mod slip_stiffness_load;
-pub mod solution;
-pub mod variation;
-pub mod verdict;
-pub mod wheel_scale;
+pub(crate) mod assemble;
+pub(crate) mod bands;
+pub(crate) mod by_course;
+pub(crate) mod chain;
+pub(crate) mod coasting;
+pub(crate) mod coefficients;
+pub(crate) mod config;
+pub(crate) mod contradicted;
+pub(crate) mod cornering;
+pub(crate) mod data;
+pub(crate) mod evidence;
+pub(crate) mod friction;
+pub(crate) mod in_gear;
+pub(crate) mod missing;
+pub(crate) mod refit;
+pub(crate) mod rows;
+pub(crate) mod selection;
+pub(crate) mod slip_stiffness_load;
+pub(crate) mod solution;
+pub(crate) mod variation;
+pub(crate) mod verdict;
+pub(crate) mod wheel_scale;
 
-pub use config::{Config, FrictionConfig};
-pub use data::Data;
-pub use solution::Solution;
+pub(crate) use config::{Config, FrictionConfig};
+pub(crate) use data::Data;
+pub(crate) use solution::Solution;

@@ -18,7 +18,7 @@ const BOTH_SIGNS: usize = 20;
 
 /// The kept straight samples of tyre `k`, with the friction's expected errors: slips that the load at rest would have,
 /// where the slip stiffness goes with the load.
-pub fn friction_rows(
+pub(crate) fn friction_rows(
     data: &Data,
     inputs: &Inputs,
     signals: &Signals,
@@ -67,7 +67,7 @@ pub fn friction_rows(
 }
 
 /// The kept corner samples of one tyre.
-pub fn lateral_rows(
+pub(crate) fn lateral_rows(
     data: &Data,
     signals: &Signals,
     bike: &Bike,
@@ -81,7 +81,7 @@ pub fn lateral_rows(
 }
 
 /// `k_x` of the front tyre, for the yaw moment (19) of the lateral balance.
-pub fn front_overturning(theta: Option<f64>, inputs: &Inputs) -> Option<f64> {
+pub(crate) fn front_overturning(theta: Option<f64>, inputs: &Inputs) -> Option<f64> {
     match inputs.formulation {
         Formulation::Corrected => theta,
         Formulation::Paper => None,

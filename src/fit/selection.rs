@@ -21,7 +21,12 @@ const MIN_LOAD: f64 = 0.03;
 ///
 /// METHOD: thinned by friction, the precise side. Thinning by the noisy slip ratio would favour
 /// samples with a large error among the many of small slip.
-pub fn friction_samples(data: &Data, signals: &Signals, k: usize, bike: &Bike) -> Vec<usize> {
+pub(crate) fn friction_samples(
+    data: &Data,
+    signals: &Signals,
+    k: usize,
+    bike: &Bike,
+) -> Vec<usize> {
     let samples = &data.straight[k];
     let least = MIN_LOAD * bike.mass * GRAVITY;
     let friction = |i: usize| signals.force_x[k][i] / signals.load[k][i];
@@ -50,7 +55,7 @@ pub fn friction_samples(data: &Data, signals: &Signals, k: usize, bike: &Bike) -
 }
 
 /// Corner samples that are quasi-static and uncombined.
-pub fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
+pub(crate) fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
     let x = &data.corner;
     let weight = bike.mass * GRAVITY;
     // forces and moments do without slip angles; where there are some they must be whole
@@ -75,7 +80,7 @@ const STEADY_MANOEUVRES: usize = 6;
 
 /// The kept corner samples whose roll hardly changes: the roll acceleration times the unknown
 /// roll inertia looks like an overturning moment. Where a ride has too few of them all count.
-pub fn steady(data: &Data, keep: &[usize]) -> Vec<usize> {
+pub(crate) fn steady(data: &Data, keep: &[usize]) -> Vec<usize> {
     let x = &data.corner;
     let steady: Vec<usize> = keep.iter().copied().filter(|&i| x.roll_change[i] < STEADY).collect();
     let clusters: Vec<usize> = steady.iter().map(|&i| x.segment[i]).collect();

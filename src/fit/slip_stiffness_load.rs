@@ -18,11 +18,11 @@ use crate::contract::coefficient::Coefficient;
 /// and 0.36 in a vendor's sample set.
 const ODD_CURVATURE: f64 = 0.3;
 /// Change of the gain for a difference.
-pub const STEP: f64 = 0.1;
+pub(crate) const STEP: f64 = 0.1;
 
 /// What is gained in slip stiffness per load with the load at rest once more, over itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gain {
+pub(crate) struct Gain {
     /// The gain.
     pub value: f64,
     /// Its standard deviation.
@@ -31,7 +31,7 @@ pub struct Gain {
 
 /// The gain after a fit with `before`; `moved` are the same samples with [`STEP`] more of it. `None` where the tyre was
 /// not both braked and driven.
-pub fn after(before: Gain, fit: &Friction, moved: &Rows) -> Option<Gain> {
+pub(crate) fn after(before: Gain, fit: &Friction, moved: &Rows) -> Option<Gain> {
     let odd = *fit.theta.get(E2)?;
     let slope = (fit.refit_with_fixed_weights(moved).get(E2)? - odd) / STEP;
     let own = fit.uncertainty(Coefficient::MfE2)?.variance;

@@ -27,7 +27,7 @@ const C3_SCALE: f64 = 0.1;
 type Objection = (Status, Reason);
 
 /// What a verdict is made of.
-pub struct Case<'a> {
+pub(crate) struct Case<'a> {
     /// The session's solution.
     pub solution: &'a Solution,
     /// Limits.
@@ -42,7 +42,7 @@ pub struct Case<'a> {
 
 impl Case<'_> {
     /// Status and reason; `missing` is the reason where a needed channel is not there.
-    pub fn verdict(&self, missing: Option<Reason>) -> (Status, Option<Reason>) {
+    pub(crate) fn verdict(&self, missing: Option<Reason>) -> (Status, Option<Reason>) {
         let objection = self
             .assumed()
             .or_else(|| self.not_available(missing))
@@ -201,7 +201,7 @@ impl Case<'_> {
 }
 
 /// Whether a coefficient's value comes from a rule and not from the bike file.
-pub fn is_of_rule(bike: &Bike, id: Id) -> bool {
+pub(crate) fn is_of_rule(bike: &Bike, id: Id) -> bool {
     let given = |axle| bike.wheel(axle).relaxation_length.is_some();
     match id.coefficient {
         C::PneumaticTrail0 => true,

@@ -11,7 +11,7 @@ use crate::store::tables::rows::Coefficient;
 const NORMAL: f64 = 1.96;
 
 /// Widens the intervals of the rolling radii by the scales' relative standard deviations, front and rear.
-pub fn widen(rows: &mut [Coefficient], scale_sd: [f64; 2]) {
+pub(crate) fn widen(rows: &mut [Coefficient], scale_sd: [f64; 2]) {
     for (axle, share) in Axle::BOTH.into_iter().zip(scale_sd) {
         let own = |row: &&mut Coefficient| {
             row.tyre == Part::from(axle).name()

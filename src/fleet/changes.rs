@@ -20,7 +20,7 @@ const SHADOW: f64 = 0.7;
 const MOST: usize = 12;
 
 /// The events of one bike, the strongest first.
-pub fn find(history: &History, limits: &Limits) -> Vec<Event> {
+pub(crate) fn find(history: &History, limits: &Limits) -> Vec<Event> {
     let n = history.sessions.len();
     let count = |c: &usize| history.values[*c].iter().filter(|v| v.is_finite()).count();
     let scanned: Vec<usize> = (0..history.keys.len()).filter(|c| count(c) >= SCAN_FROM).collect();

@@ -52,7 +52,7 @@ pub struct Key {
 
 /// A ride's pieces with the key that each belongs to.
 #[derive(Debug, Clone, Default)]
-pub struct Ride<'a> {
+pub(crate) struct Ride<'a> {
     /// The session.
     pub session: &'a str,
     /// Its pieces, those of one key one after the other.
@@ -99,7 +99,7 @@ pub struct Shared {
 
 /// All of one motorcycle.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Combined {
+pub(crate) struct Combined {
     /// Coefficients in order of key.
     pub estimates: Vec<Estimate>,
     /// Shared errors of more than one coefficient, in order of name.
@@ -170,7 +170,7 @@ struct Problem {
 }
 
 /// Combines the rides of one motorcycle.
-pub fn combine(rides: &[Ride<'_>]) -> Combined {
+pub(crate) fn combine(rides: &[Ride<'_>]) -> Combined {
     let Some(problem) = Problem::new(rides) else { return Combined::default() };
     let mut tau = vec![0.0; problem.keys.len()];
     let mut solution = None;

@@ -21,7 +21,7 @@ use super::scan;
 use crate::statistics::order::{median, spread_about};
 
 /// Fewest motorcycles that have something in common: of fewer each would hide part of its own events.
-pub const BIKES: usize = 16;
+pub(crate) const BIKES: usize = 16;
 /// Fewest of them in a window or at a site.
 const THERE: usize = 8;
 /// Values per window of the season; no more windows than weeks in a year.
@@ -51,7 +51,7 @@ impl Term {
 
 /// What a fleet has in common.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Common(BTreeMap<Key, Term>);
+pub(crate) struct Common(BTreeMap<Key, Term>);
 
 /// One value less its motorcycle's level.
 struct Left<'a> {
@@ -64,7 +64,7 @@ struct Left<'a> {
 
 impl Common {
     /// Of motorcycles and what is known to have happened to each.
-    pub fn of(bikes: &[(&History, &[Event])]) -> Common {
+    pub(crate) fn of(bikes: &[(&History, &[Event])]) -> Common {
         let mut places: BTreeMap<&Key, Vec<(usize, usize)>> = BTreeMap::new();
         for (b, (history, _)) in bikes.iter().enumerate() {
             for (c, key) in history.keys.iter().enumerate() {
@@ -79,12 +79,12 @@ impl Common {
     }
 
     /// Whether there is nothing.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// A history less what its motorcycle has in common with the others.
-    pub fn without(&self, history: &History) -> History {
+    pub(crate) fn without(&self, history: &History) -> History {
         let mut out = history.clone();
         for (c, key) in history.keys.iter().enumerate() {
             let Some(term) = self.0.get(key) else { continue };

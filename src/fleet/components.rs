@@ -36,7 +36,7 @@ pub struct Components {
 /// Values with their standard errors, NaN passed over, and the columns of their level as
 /// [`levels::fit`] takes them.
 #[derive(Debug, Clone)]
-pub struct Part<'a> {
+pub(crate) struct Part<'a> {
     /// A value per session, NaN where there is none.
     pub values: &'a [f64],
     /// Standard error of each value.
@@ -96,7 +96,7 @@ fn root(most: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
 }
 
 /// The components; `None` of fewer than three degrees of freedom.
-pub fn between(part: &Part<'_>) -> Option<Components> {
+pub(crate) fn between(part: &Part<'_>) -> Option<Components> {
     let (known, _, level) = part.fit(0.0)?;
     let freedom = level.freedom;
     if freedom < FREEDOM {
@@ -117,13 +117,13 @@ pub fn between(part: &Part<'_>) -> Option<Components> {
 }
 
 /// Only the point: [`Components::sd`].
-pub fn sd(part: &Part<'_>) -> Option<f64> {
+pub(crate) fn sd(part: &Part<'_>) -> Option<f64> {
     root(part.most()?, |t| part.score(t)).map(f64::sqrt)
 }
 
 /// One spread for several bikes, each with its own levels: the same equation, summed over them.
 /// `None` where no bike has enough.
-pub fn common(parts: &[&Part<'_>]) -> Option<f64> {
+pub(crate) fn common(parts: &[&Part<'_>]) -> Option<f64> {
     let enough = |p: &&&Part<'_>| p.fit(0.0).is_some_and(|f| f.2.freedom >= FREEDOM);
     let parts: Vec<&&Part<'_>> = parts.iter().filter(enough).collect();
     let most = parts.iter().filter_map(|p| p.most()).fold(f64::NAN, f64::max);

@@ -28,7 +28,7 @@ pub struct Drift {
 /// Drift of coefficient `c` beside the steps in `columns`; `tau` is the spread between sessions.
 ///
 /// `None` of too few values, or where all times are the same.
-pub fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Option<Drift> {
+pub(crate) fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Option<Drift> {
     let times = history.times();
     let values = &history.values[c];
     let variances: Vec<f64> = history.errors[c].iter().map(|e| tau * tau + e * e).collect();

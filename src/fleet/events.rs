@@ -91,7 +91,7 @@ impl Event {
 }
 
 /// Names an event by which coefficients moved and for how long.
-pub fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) -> Event {
+pub(crate) fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) -> Event {
     let n = history.sessions.len();
     let key = |m: &Moved| &history.keys[m.coefficient];
     let count = |tyre: &str| moved.iter().filter(|m| key(m).0 == tyre).count();

@@ -8,7 +8,12 @@ use super::scan::Shape;
 
 /// The columns of one coefficient, each as long as the sessions: the constant, then one per event
 /// that concerns it. With `lines`, drifts too.
-pub fn regressors(history: &History, events: &[Event], c: usize, lines: bool) -> Vec<Vec<f64>> {
+pub(crate) fn regressors(
+    history: &History,
+    events: &[Event],
+    c: usize,
+    lines: bool,
+) -> Vec<Vec<f64>> {
     let n = history.sessions.len();
     let mut columns = vec![vec![1.0; n]];
     let concerned = events.iter().filter(|e| e.affects(c));
@@ -19,7 +24,7 @@ pub fn regressors(history: &History, events: &[Event], c: usize, lines: bool) ->
 }
 
 /// One shape as a column.
-pub fn column(history: &History, shape: Shape) -> Vec<f64> {
+pub(crate) fn column(history: &History, shape: Shape) -> Vec<f64> {
     match shape {
         Shape::Stretch(a, b) => {
             (0..history.sessions.len()).map(|i| f64::from(u8::from((a..b).contains(&i)))).collect()
@@ -34,7 +39,7 @@ pub fn column(history: &History, shape: Shape) -> Vec<f64> {
 
 /// A weighted fit.
 #[derive(Debug, Clone)]
-pub struct Level {
+pub(crate) struct Level {
     /// Fitted level of every session; NaN where nothing with a value shares its level.
     pub fitted: Vec<f64>,
     /// Variance of the fitted level.
@@ -48,7 +53,7 @@ pub struct Level {
 /// Fits the columns to the values, NaN passed over, by `1 / variances`.
 ///
 /// `None` where there are no values. Columns that the values do not determine get zero.
-pub fn fit(values: &[f64], variances: &[f64], columns: &[Vec<f64>]) -> Option<Level> {
+pub(crate) fn fit(values: &[f64], variances: &[f64], columns: &[Vec<f64>]) -> Option<Level> {
     let known: Vec<usize> =
         (0..values.len()).filter(|i| values[*i].is_finite() && variances[*i] > 0.0).collect();
     if known.is_empty() {

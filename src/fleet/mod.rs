@@ -16,23 +16,23 @@
 //! between sessions that is near Gaussian once events are taken out. The same observations in any
 //! order give the same result.
 
-pub mod analysis;
-pub mod changes;
-pub mod combine;
-pub mod common;
-pub mod components;
-pub mod drift;
-pub mod events;
-pub mod evidence;
-pub mod history;
-pub mod levels;
-pub mod observation;
-pub mod pool;
-pub mod ratio;
-pub mod scan;
+pub(crate) mod analysis;
+pub(crate) mod changes;
+pub(crate) mod combine;
+pub(crate) mod common;
+pub(crate) mod components;
+pub(crate) mod drift;
+pub(crate) mod events;
+pub(crate) mod evidence;
+pub(crate) mod history;
+pub(crate) mod levels;
+pub(crate) mod observation;
+pub(crate) mod pool;
+pub(crate) mod ratio;
+pub(crate) mod scan;
 mod slopes;
-pub mod threshold;
-pub mod tyres;
+pub(crate) mod threshold;
+pub(crate) mod tyres;
 
-pub use analysis::{BikeAnalysis, Series, analyse};
-pub use observation::Observation;
+pub(crate) use analysis::{BikeAnalysis, Series, analyse};
+pub(crate) use observation::Observation;

@@ -28,7 +28,7 @@ pub struct Pooled {
 /// Pooled values of coefficient `c` by session, poorly determined ones too; `None` where there is no value.
 ///
 /// Without `components` (too few sessions) every value stays as it is, with shrinkage 0.
-pub fn pool(
+pub(crate) fn pool(
     history: &History,
     c: usize,
     columns: &[Vec<f64>],

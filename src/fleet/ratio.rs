@@ -107,7 +107,7 @@ pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
 
 /// The sessions of each tyre that was on an axle: those that the same swaps concern. A change without
 /// the radius is no other tyre here: another rider moves `ct` too, and that is what is wanted.
-pub fn tyres(history: &History, events: &[Event], axle: Axle) -> Vec<Vec<usize>> {
+pub(crate) fn tyres(history: &History, events: &[Event], axle: Axle) -> Vec<Vec<usize>> {
     let swaps: Vec<(usize, usize)> = events
         .iter()
         .filter(|e| e.kind == EventKind::TyreSwap && e.affected.includes(axle))

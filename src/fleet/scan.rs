@@ -1,7 +1,7 @@
 //! How much of a series one step, one stretch or one straight line would explain.
 
 /// From so many values on a series is scanned.
-pub const SCAN_FROM: usize = 8;
+pub(crate) const SCAN_FROM: usize = 8;
 
 /// Up to so many sessions all stretches are tried; above, lengths in steps of a quarter.
 const ALL_LENGTHS: usize = 64;
@@ -30,7 +30,7 @@ impl Shape {
 }
 
 /// Every shape that is tried in `n` sessions. A stretch from the start is the step after it.
-pub fn shapes(n: usize) -> Vec<Shape> {
+pub(crate) fn shapes(n: usize) -> Vec<Shape> {
     let mut out = vec![Shape::Line];
     let mut length = 1;
     while length < n {
@@ -46,7 +46,7 @@ pub fn shapes(n: usize) -> Vec<Shape> {
 }
 
 /// The same stretch with its ends moved to where `gain` is largest: above `ALL_LENGTHS` sessions not all were tried.
-pub fn refined(shape: Shape, n: usize, gain: impl Fn(Shape) -> f64) -> Shape {
+pub(crate) fn refined(shape: Shape, n: usize, gain: impl Fn(Shape) -> f64) -> Shape {
     let (Shape::Stretch(mut a, mut b), true) = (shape, n > ALL_LENGTHS) else { return shape };
     let best = |of: &mut dyn Iterator<Item = Shape>, now: Shape| {
         of.fold(now, |best, s| if gain(s) > gain(best) { s } else { best })
@@ -84,7 +84,7 @@ const CLIPPED: f64 = 0.977_56;
 /// ```
 ///
 /// 0 where the standard errors alone explain it. NaN values are passed over.
-pub fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
+pub(crate) fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let pairs: Vec<(f64, f64)> = known
         .windows(2)
@@ -111,7 +111,7 @@ pub fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
 
 /// Sums of a series from which the score of any stretch follows at once.
 #[derive(Debug)]
-pub struct Sums {
+pub(crate) struct Sums {
     weight: Vec<f64>,
     weighted: Vec<f64>,
     count: Vec<usize>,
@@ -120,7 +120,7 @@ pub struct Sums {
 
 impl Sums {
     /// Of values with their variances, NaN passed over, and the times of a line.
-    pub fn new(values: &[f64], variances: &[f64], times: &[f64]) -> Self {
+    pub(crate) fn new(values: &[f64], variances: &[f64], times: &[f64]) -> Self {
         let n = values.len();
         let mut sums = Sums {
             weight: vec![0.0; n + 1],
@@ -149,12 +149,12 @@ impl Sums {
     }
 
     /// Number of values.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count[self.count.len() - 1]
     }
 
     /// The contrast over its standard deviation: standard normal where nothing has happened.
-    pub fn score(&self, shape: Shape) -> f64 {
+    pub(crate) fn score(&self, shape: Shape) -> f64 {
         let Shape::Stretch(a, b) = shape else { return self.line };
         let n = self.weight.len() - 1;
         let inside = self.count[b] - self.count[a];

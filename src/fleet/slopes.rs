@@ -7,11 +7,11 @@ use crate::statistics::order::median;
 const VARIETY: f64 = 1.0;
 
 /// What shared errors do to a ride, coefficient by coefficient: place of the error and shift.
-pub type Slopes = Vec<Vec<(usize, f64)>>;
+pub(super) type Slopes = Vec<Vec<(usize, f64)>>;
 
 /// Gives every ride of a coefficient the same shared errors: one that a few do not state has its middle there, one that most
 /// do not state goes to the model's.
-pub fn stated(
+pub(super) fn stated(
     rides: &mut [Slopes],
     places: &[Vec<(usize, usize)>],
     sources: usize,
@@ -51,7 +51,7 @@ pub fn stated(
 /// and the numbers of a friction curve trade against each other in one fit.
 // METHOD: their slopes are no evidence. A hundred simulated rides took 84 % of the variance of `cg_to_front` away by them, and
 // what they made of it had nothing to do with what it was; `c3` was off by twice the error of the median ride
-pub fn is_of_its_ride(coefficient: &str) -> bool {
+pub(super) fn is_of_its_ride(coefficient: &str) -> bool {
     const OF_ITS_RIDE: [C; 9] = [
         C::SlipCamberC1,
         C::SlipCamberC3,
@@ -67,7 +67,7 @@ pub fn is_of_its_ride(coefficient: &str) -> bool {
 }
 
 /// Draws the slopes of each coefficient on each shared error towards their middle, by as much of their variance as noise makes.
-pub fn steady(
+pub(super) fn steady(
     rides: &mut [Slopes],
     places: &[Vec<(usize, usize)>],
     varied: &[bool],

@@ -16,7 +16,7 @@ use super::scan::{self, Shape, Sums};
 use crate::statistics::random::Random;
 
 /// Share of bikes to which nothing has happened and yet an event is reported, per search.
-pub const FALSE_ALARMS: f64 = 0.01;
+pub(crate) const FALSE_ALARMS: f64 = 0.01;
 
 /// Draws of the simulation: 5 of 500 lie beyond the fifth largest.
 const DRAWS: usize = 499;
@@ -30,11 +30,11 @@ const SPREAD: f64 = 0.5;
 
 /// Thresholds already found, by sessions and coefficients; bikes that are searched side by side share them.
 #[derive(Debug, Default)]
-pub struct Limits(Mutex<BTreeMap<(usize, usize), f64>>);
+pub(crate) struct Limits(Mutex<BTreeMap<(usize, usize), f64>>);
 
 impl Limits {
     /// The threshold for the largest score of `p` coefficients over `n` sessions.
-    pub fn get(&self, n: usize, p: usize) -> f64 {
+    pub(crate) fn get(&self, n: usize, p: usize) -> f64 {
         let (n, p) = rounded(n, p);
         // a panic elsewhere leaves whole entries
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -47,7 +47,7 @@ impl Limits {
     }
 
     /// Chance that the largest score of `p` coefficients over `n` sessions is beyond `score` where nothing has happened.
-    pub fn chance(&self, score: f64, n: usize, p: usize) -> f64 {
+    pub(crate) fn chance(&self, score: f64, n: usize, p: usize) -> f64 {
         let limit = self.get(n, p);
         let (n, p) = rounded(n, p);
         if n > SIMULATED {
@@ -67,7 +67,7 @@ fn rounded(n: usize, p: usize) -> (usize, usize) {
 
 /// Of tests with these chances, done among `tests` in all, the share of false ones among those that are at least as sure:
 /// Benjamini and Hochberg's (1995) rule, as a number for each.
-pub fn discovery_rates(chances: &[f64], tests: usize) -> Vec<f64> {
+pub(crate) fn discovery_rates(chances: &[f64], tests: usize) -> Vec<f64> {
     let mut order: Vec<usize> = (0..chances.len()).collect();
     order.sort_by(|a, b| chances[*b].total_cmp(&chances[*a]));
     let mut rates = vec![1.0; chances.len()];
@@ -81,7 +81,7 @@ pub fn discovery_rates(chances: &[f64], tests: usize) -> Vec<f64> {
 }
 
 /// What a standard normal exceeds, on either side, with that probability.
-pub fn normal_limit(probability: f64) -> f64 {
+pub(crate) fn normal_limit(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(1.0 - probability / 2.0)
 }
 

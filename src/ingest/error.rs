@@ -14,13 +14,13 @@ pub struct Error {
 }
 
 /// Code of what could not be fetched from an object store: it may be in order.
-pub const UNREACHABLE: &str = "unreachable";
+pub(crate) const UNREACHABLE: &str = "unreachable";
 /// Code of what this machine could not read (no permission, a failing disk): it may be in order.
-pub const UNREADABLE: &str = "unreadable";
+pub(crate) const UNREADABLE: &str = "unreadable";
 /// Code of a log that was written anew while it was read.
-pub const CHANGED: &str = "changed";
+pub(crate) const CHANGED: &str = "changed";
 /// Code of a log whose bytes make no sense.
-pub const DAMAGED: &str = "damaged";
+pub(crate) const DAMAGED: &str = "damaged";
 
 impl Error {
     pub(crate) fn new(code: &'static str, message: impl Into<String>) -> Self {

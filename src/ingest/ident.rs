@@ -6,7 +6,7 @@ use crate::ingest::error::Error;
 use crate::store::objects::Location;
 
 /// Metadata from a path of the form `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>`.
-pub fn from_path(log: &Location) -> Meta {
+pub(super) fn from_path(log: &Location) -> Meta {
     let mut meta = Meta::default();
     for part in log.folders() {
         if let Some(bike) = part.strip_prefix("bike=") {
@@ -22,7 +22,7 @@ pub fn from_path(log: &Location) -> Meta {
 }
 
 /// Fills what `meta` lacks from `other`.
-pub fn or(mut meta: Meta, other: Meta) -> Meta {
+pub(super) fn or(mut meta: Meta, other: Meta) -> Meta {
     if meta.session_id.is_empty() {
         meta.session_id = other.session_id;
     }
@@ -41,7 +41,7 @@ pub fn or(mut meta: Meta, other: Meta) -> Meta {
 ///
 /// # Errors
 /// `bad_bike_id`, `bad_session_id`. An empty bike id passes: the batch rejects it.
-pub fn checked(mut meta: Meta) -> Result<Meta, Error> {
+pub(super) fn checked(mut meta: Meta) -> Result<Meta, Error> {
     meta.start_time = meta.start_time.filter(|text| instant::is_plausible(text));
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {

@@ -7,13 +7,13 @@ use crate::contract::schema::Table;
 use crate::contract::session::Meta;
 
 /// The contract's input table, parsed once.
-pub fn session_table() -> &'static Table {
+pub(super) fn session_table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| Table::embedded("session"))
 }
 
 /// Takes an entry of a log's own metadata whose key is one of `session.v1`; `false` if it is none.
-pub fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
+pub(super) fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
     let value = || Some(value.trim().to_owned());
     match key.trim() {
         "session_id" => meta.session_id = value().unwrap_or_default(),
@@ -29,16 +29,16 @@ pub fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
 }
 
 /// Key of the metadata: standard deviations of the scales of the wheel speeds, front and rear, a share each.
-pub const WHEEL_SCALE_SD: &str = "wheel_scale_sd";
+pub(super) const WHEEL_SCALE_SD: &str = "wheel_scale_sd";
 
 /// These standard deviations of a table's metadata; zero of a log that measured turns.
-pub fn wheel_scale_sd(get: impl Fn(&str) -> Option<String>) -> [f64; 2] {
+pub(super) fn wheel_scale_sd(get: impl Fn(&str) -> Option<String>) -> [f64; 2] {
     let text = get(WHEEL_SCALE_SD).unwrap_or_default();
     let mut shares = text.split(' ').map(|x| x.parse().ok().filter(|x| (0.0..0.5).contains(x)));
     [(); 2].map(|()| shares.next().flatten().unwrap_or(0.0))
 }
 
 /// Unit of a channel in `session.v1`; `1` for a channel without dimension.
-pub fn si_unit(channel: Channel) -> &'static str {
+pub(super) fn si_unit(channel: Channel) -> &'static str {
     session_table().column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1")
 }

@@ -4,7 +4,7 @@ use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 
 /// A warning of the stage `ingest`; `time` is in s since the start.
-pub fn warning(
+pub(super) fn warning(
     code: &'static str,
     channel: Option<Channel>,
     count: usize,

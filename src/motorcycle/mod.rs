@@ -1,3 +1,3 @@
 //! What is known of a motorcycle before its ride: classes, tyre sizes, the wizard's file.
 
-pub mod catalogue;
+pub(crate) mod catalogue;

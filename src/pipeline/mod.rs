@@ -3,15 +3,15 @@
 //! `stages` has each order once; `road` and `offroad` make the tables of what comes out.
 
 mod offroad;
-mod outcome;
+pub(crate) mod outcome;
 mod road;
 mod rows;
-mod settings;
-mod stages;
+pub(crate) mod settings;
+pub(crate) mod stages;
 
-pub use outcome::{Input, Outcome, Rejection};
-pub use settings::{BUILTIN, Pipeline};
-pub use stages::{
+pub(crate) use outcome::{Input, Outcome, Rejection};
+pub(crate) use settings::{BUILTIN, Pipeline};
+pub(crate) use stages::{
     Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, read,
     segmented,
 };

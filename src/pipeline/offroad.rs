@@ -15,7 +15,7 @@ use crate::store::tables::rows::Ident;
 ///
 /// # Errors
 /// The bike file lacks what the equations need.
-pub fn run(
+pub(super) fn run(
     input: &Input<'_>,
     ride: Session,
     mut noticed: Vec<Warning>,

@@ -45,7 +45,7 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A row does not fit its schema: our own mistake.
-pub fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
+pub(super) fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
     Ok((R::spec(), file::batch(rows)?))
 }
 

@@ -28,7 +28,7 @@ use crate::tyre::formulation::Formulation;
 ///
 /// # Errors
 /// The signals do not fit their table: our own mistake.
-pub fn run(
+pub(super) fn run(
     input: &Input<'_>,
     mut ride: Session,
     mut noticed: Vec<Warning>,

@@ -9,7 +9,7 @@ use crate::segment::Segment;
 use crate::store::tables::rows;
 
 /// What an input's rows are made from.
-pub fn provenance(input: &Input<'_>) -> rows::Provenance {
+pub(super) fn provenance(input: &Input<'_>) -> rows::Provenance {
     rows::Provenance {
         input_hash: input.input_hash.clone(),
         pipeline_hash: input.pipeline_hash.clone(),
@@ -18,7 +18,7 @@ pub fn provenance(input: &Input<'_>) -> rows::Provenance {
 }
 
 /// Says on every row of `coefficients` which motorcycle and which tyre it is of, so that comparing needs no join.
-pub fn name_machine(coefficients: &mut [rows::Coefficient], ride: &Session, bike: &Bike) {
+pub(super) fn name_machine(coefficients: &mut [rows::Coefficient], ride: &Session, bike: &Bike) {
     for row in coefficients {
         let tyre = Axle::BOTH.into_iter().find(|axle| axle.name() == row.tyre);
         row.tyre_model = tyre.and_then(|axle| tyre_model(&ride.meta, bike, axle));
@@ -36,7 +36,7 @@ fn tyre_model(meta: &Meta, bike: &Bike, axle: Axle) -> Option<String> {
 }
 
 /// The rows of `warnings`.
-pub fn warnings(ident: &rows::Ident, warnings: Vec<Warning>) -> Vec<rows::WarningRow> {
+pub(super) fn warnings(ident: &rows::Ident, warnings: Vec<Warning>) -> Vec<rows::WarningRow> {
     warnings.into_iter().map(|w| row(ident, w)).collect()
 }
 
@@ -63,7 +63,7 @@ fn mean(x: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// The rows of `manoeuvres`; slips are from these rolling radii, m, front and rear.
-pub fn manoeuvres(
+pub(super) fn manoeuvres(
     session: &Session,
     segments: &[Segment],
     radius: [f64; 2],
@@ -120,7 +120,7 @@ pub fn manoeuvres(
 }
 
 /// The row of `sessions`.
-pub fn session(
+pub(super) fn session(
     session: &Session,
     input: &Input<'_>,
     bike: &Bike,

@@ -28,7 +28,7 @@ use crate::{filter, ingest, segment};
 ///
 /// # Errors
 /// It cannot be read.
-pub fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
+pub(crate) fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
     ingest::read(&input.log, input.maps).map_err(Rejection::from)
 }
 
@@ -50,7 +50,7 @@ pub fn prepare(
 ///
 /// # Errors
 /// As [`prepare`].
-pub fn prepare_raw(
+pub(crate) fn prepare_raw(
     raw: ingest::Raw,
     bike: &Bike,
     pipeline: &Pipeline,
@@ -97,7 +97,7 @@ fn removed_keys(bike: &Bike) -> Option<Warning> {
 }
 
 /// Filters a session in place and finds its manoeuvres.
-pub fn segmented(
+pub(crate) fn segmented(
     session: &mut Session,
     bike: &Bike,
     pipeline: &Pipeline,
@@ -159,7 +159,7 @@ pub fn characterise(
 
 /// An off-road session with its tyre forces.
 #[derive(Debug)]
-pub struct OffroadForces {
+pub(crate) struct OffroadForces {
     /// Filtered.
     pub session: Session,
     /// The forces by inverse dynamics.
@@ -175,7 +175,7 @@ pub struct OffroadForces {
 ///
 /// # Errors
 /// The bike file lacks what the equations need.
-pub fn offroad_forces(
+pub(crate) fn offroad_forces(
     mut session: Session,
     bike: &Bike,
     pipeline: &Pipeline,

@@ -18,7 +18,7 @@ fn is_normalised(coefficient: &str) -> bool {
 }
 
 /// A value of a coefficient and its standard error.
-pub fn number(coefficient: &str, value: f64, std_error: Option<f64>) -> (f64, Option<f64>) {
+pub(crate) fn number(coefficient: &str, value: f64, std_error: Option<f64>) -> (f64, Option<f64>) {
     match is_normalised(coefficient) {
         true => (slip_ratio(value), std_error.map(|x| slope(value) * x)),
         false => (value, std_error),
@@ -31,7 +31,7 @@ fn end(sigma: f64) -> f64 {
 }
 
 /// A row of `coefficients`.
-pub fn coefficient(row: &mut Coefficient) {
+pub(crate) fn coefficient(row: &mut Coefficient) {
     let (true, Some(sigma)) = (is_normalised(&row.coefficient), row.value) else { return };
     let by = slope(sigma);
     row.value = Some(slip_ratio(sigma));
@@ -43,7 +43,7 @@ pub fn coefficient(row: &mut Coefficient) {
 }
 
 /// A row of `fleet`.
-pub fn fleet(row: &mut FleetRow) {
+pub(crate) fn fleet(row: &mut FleetRow) {
     let (true, Some(sigma)) = (is_normalised(&row.coefficient), row.median) else { return };
     let by = slope(sigma);
     for value in [&mut row.median, &mut row.quartile_1, &mut row.quartile_3] {
@@ -66,7 +66,7 @@ pub fn fleet(row: &mut FleetRow) {
 }
 
 /// A row of `fleet_pooled`.
-pub fn pooled(row: &mut PooledRow) {
+pub(crate) fn pooled(row: &mut PooledRow) {
     if !is_normalised(&row.coefficient) {
         return;
     }

@@ -37,11 +37,11 @@ pub(super) const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/u
 pub(super) const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 
 /// The folder of the shared files, below that of the pages.
-pub const FOLDER: &str = "assets";
+pub(crate) const FOLDER: &str = "assets";
 /// Largest number of pages that each hold all they need, where nothing else is asked for.
-pub const MAX_SELF_CONTAINED: usize = 50;
+pub(crate) const MAX_SELF_CONTAINED: usize = 50;
 /// Largest number of sessions whose pages are all written, where nothing else is asked for.
-pub const MAX_WRITTEN: usize = 1000;
+pub(crate) const MAX_WRITTEN: usize = 1000;
 /// The shared file that names the pages of sessions that there are: pages written one by one are
 /// links without a new page of the run.
 const WRITTEN: &str = "pages.js";

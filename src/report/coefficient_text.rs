@@ -4,7 +4,7 @@ use crate::report::number_format::{self, fixed};
 use crate::store::tables::rows::Coefficient;
 
 /// A coefficient's numbers with the digits its uncertainty leaves meaning.
-pub struct CoefficientText {
+pub(crate) struct CoefficientText {
     /// Estimate; empty where there is none.
     pub value: String,
     /// Standard error; empty where there is none.
@@ -19,7 +19,7 @@ pub struct CoefficientText {
 
 impl CoefficientText {
     /// Of one coefficient.
-    pub fn of(c: &Coefficient) -> Self {
+    pub(crate) fn of(c: &Coefficient) -> Self {
         let u = number_format::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
         let digits = c.value.map_or(3, |v| number_format::decimals_of(v, u));
         CoefficientText {
@@ -32,7 +32,7 @@ impl CoefficientText {
     }
 
     /// The interval as one text, its ends parted by `between`.
-    pub fn interval(&self, between: &str) -> String {
+    pub(crate) fn interval(&self, between: &str) -> String {
         match (&self.ends, &self.at_least) {
             (Some((low, high)), _) => format!("{low}{between}{high}"),
             (None, Some(low)) => format!("at least {low}"),

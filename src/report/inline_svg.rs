@@ -7,7 +7,7 @@ const REACH: f64 = 0.25;
 
 /// A coefficient's 95 % interval relative to its value: the axis goes a quarter of
 /// the value to each side, an arrow marks an end that lies beyond. Empty where there is no scale.
-pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
+pub(crate) fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let (Some(value), Some(low), Some(high)) = (value, low, high) else { return String::new() };
     if value == 0.0 {
         return String::new();
@@ -32,14 +32,14 @@ pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> Stri
 }
 
 /// One session's estimate in a [`strip`]: value, lower and upper end.
-pub type Estimate = (f64, f64, f64);
+pub(crate) type Estimate = (f64, f64, f64);
 
 /// Columns of a strip, two pixels each: more sessions than these share them.
 const COLUMNS: usize = 106;
 
 /// Estimates of many sessions side by side in their order, each with its interval, over a
 /// common ordinate; the rule is their median. Empty of fewer than two.
-pub fn strip(estimates: &[Estimate], median: f64) -> String {
+pub(crate) fn strip(estimates: &[Estimate], median: f64) -> String {
     if estimates.len() < 2 {
         return String::new();
     }
@@ -84,7 +84,7 @@ pub fn strip(estimates: &[Estimate], median: f64) -> String {
 
 /// Ends of an axis for the boxes of several groups, each sorted: what lies farther than three
 /// times the box from it does not set the scale.
-pub fn common_axis<'a>(groups: impl Iterator<Item = &'a [f64]>) -> (f64, f64) {
+pub(crate) fn common_axis<'a>(groups: impl Iterator<Item = &'a [f64]>) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for values in groups.filter(|v| !v.is_empty()) {
         let [q1, _, q3] = quartiles(values);
@@ -112,7 +112,7 @@ fn quartiles(sorted: &[f64]) -> [f64; 3] {
 /// A box plot of sorted values on an axis from `low` to `high`: box of the quartiles, whiskers to
 /// the last value within one and a half boxes, dots beyond; of fewer than five the values alone.
 /// What lies off the axis is drawn at its end.
-pub fn boxes(sorted: &[f64], low: f64, high: f64) -> String {
+pub(crate) fn boxes(sorted: &[f64], low: f64, high: f64) -> String {
     if sorted.is_empty() {
         return String::new();
     }

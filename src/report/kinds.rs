@@ -10,12 +10,12 @@ use crate::segment::manoeuvre::{Declaration, ManoeuvreKind};
 
 /// The declaration of a kind by its name in the tables; that of `other` where this version does not
 /// know the name.
-pub fn declaration(name: &str) -> &'static Declaration {
+pub(crate) fn declaration(name: &str) -> &'static Declaration {
     ManoeuvreKind::from_name(name).unwrap_or(ManoeuvreKind::Other).declaration()
 }
 
 /// A kind in words, by its name in the tables.
-pub fn label(name: &str) -> String {
+pub(crate) fn label(name: &str) -> String {
     match ManoeuvreKind::from_name(name) {
         Some(kind) => kind.declaration().words.to_owned(),
         None => labels::spaced(name),

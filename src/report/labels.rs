@@ -5,14 +5,14 @@ use crate::store::tables::rows::Status;
 
 /// Where the coefficient stands in reading order: front, rear, vehicle; names unknown to the
 /// contract come last, by name.
-pub fn order(tyre: &str, coefficient: &str) -> (usize, String, usize, String) {
+pub(crate) fn order(tyre: &str, coefficient: &str) -> (usize, String, usize, String) {
     let part = Part::from_name(tyre).map_or(Part::ALL.len(), |p| p as usize);
     let place = Coefficient::from_name(coefficient).map_or(Coefficient::COUNT, |c| c as usize);
     (part, tyre.to_owned(), place, coefficient.to_owned())
 }
 
 /// A coefficient in words, or its name where there are none.
-pub fn coefficient(name: &str) -> &str {
+pub(crate) fn coefficient(name: &str) -> &str {
     Coefficient::from_name(name).map_or(name, |c| c.spec().words)
 }
 
@@ -22,7 +22,7 @@ pub fn riding(tyre: &str, coefficient: &str) -> Option<&'static str> {
 }
 
 /// The heading over one tyre's coefficients.
-pub fn tyre(name: &str) -> &str {
+pub(crate) fn tyre(name: &str) -> &str {
     match Part::from_name(name) {
         Some(Part::Front) => "Front tyre",
         Some(Part::Rear) => "Rear tyre",
@@ -32,12 +32,12 @@ pub fn tyre(name: &str) -> &str {
 }
 
 /// A snake-case name as words: `front_braking` is `front braking`.
-pub fn spaced(name: &str) -> String {
+pub(crate) fn spaced(name: &str) -> String {
     name.replace('_', " ")
 }
 
 /// A unit as people write it; a pure number has none.
-pub fn unit(unit: &str) -> String {
+pub(crate) fn unit(unit: &str) -> String {
     match unit {
         "1" => String::new(),
         other => other.replace("s2", "s²").replace("rad2", "rad²").replace("degC", "°C"),
@@ -45,7 +45,7 @@ pub fn unit(unit: &str) -> String {
 }
 
 /// How many statuses of each kind, as a sentence without its full stop.
-pub fn verdict(statuses: impl Iterator<Item = Status>) -> String {
+pub(crate) fn verdict(statuses: impl Iterator<Item = Status>) -> String {
     let (mut ok, mut assumed, mut bound, mut poor, mut none) = (0, 0, 0, 0, 0);
     for status in statuses {
         match status {

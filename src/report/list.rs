@@ -6,15 +6,15 @@ use serde::Serialize;
 use crate::report::charts::pack;
 
 /// Rows in the page, of a list of sessions; as many are shown at a time.
-pub const SESSIONS: usize = 50;
+pub(crate) const SESSIONS: usize = 50;
 /// The same of every other list.
-pub const OTHERS: usize = 20;
+pub(crate) const OTHERS: usize = 20;
 /// Rows from which on a list can be searched and sorted.
 const TOOLS_FROM: usize = 12;
 
 /// A column's heading.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Column {
+pub(crate) struct Column {
     /// What stands above it.
     pub head: &'static str,
     /// Classes of its cells; those of class `n` are sorted as numbers.
@@ -24,19 +24,19 @@ pub struct Column {
 }
 
 /// A column of a class, without a label.
-pub const fn column(head: &'static str, class: &'static str) -> Column {
+pub(crate) const fn column(head: &'static str, class: &'static str) -> Column {
     Column { head, class, label: "" }
 }
 
 /// A column of numbers.
-pub const fn number(head: &'static str, label: &'static str) -> Column {
+pub(crate) const fn number(head: &'static str, label: &'static str) -> Column {
     Column { head, class: "n", label }
 }
 
 /// A cell. A plain text is written as such: of 100,000 rows most cells are.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
-pub enum Cell {
+pub(crate) enum Cell {
     /// A text.
     Text(String),
     /// A text that is sorted by a number.
@@ -64,7 +64,7 @@ pub enum Cell {
 
 /// A part of a line.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Part {
+pub(crate) struct Part {
     /// How it is shown.
     pub class: &'static str,
     /// The text.
@@ -75,14 +75,14 @@ pub struct Part {
 
 impl Part {
     /// A part that leads nowhere.
-    pub fn new(class: &'static str, text: impl Into<String>) -> Self {
+    pub(crate) fn new(class: &'static str, text: impl Into<String>) -> Self {
         Part { class, text: text.into(), href: String::new() }
     }
 }
 
 impl Cell {
     /// A link to a page; where it has no name a text.
-    pub fn page(text: &str, href: &str, there: bool) -> Self {
+    pub(crate) fn page(text: &str, href: &str, there: bool) -> Self {
         match href.is_empty() {
             true => Cell::Text(text.to_owned()),
             false => Cell::Page { text: text.to_owned(), href: href.to_owned(), there },
@@ -90,14 +90,14 @@ impl Cell {
     }
 
     /// A whole number, or what has a text.
-    pub fn of(value: impl ToString) -> Self {
+    pub(crate) fn of(value: impl ToString) -> Self {
         Cell::Text(value.to_string())
     }
 }
 
 /// A list as a whole.
 #[derive(Debug)]
-pub struct List {
+pub(crate) struct List {
     /// What the list is of: the name of the region.
     pub label: &'static str,
     /// What can be searched for.
@@ -117,7 +117,7 @@ pub struct List {
 /// A list as a template reads it.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in `List`
-pub struct Shown {
+pub(crate) struct Shown {
     pub label: &'static str,
     pub words: &'static str,
     pub class: &'static str,
@@ -137,7 +137,7 @@ impl List {
     ///
     /// # Errors
     /// What serde says: our own mistake.
-    pub fn shown(mut self) -> Result<Shown, serde_json::Error> {
+    pub(crate) fn shown(mut self) -> Result<Shown, serde_json::Error> {
         let all = self.rows.len();
         let data = if all < TOOLS_FROM { String::new() } else { pack::pack(&self.rows)? };
         self.rows.truncate(self.page);

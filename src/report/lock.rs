@@ -5,12 +5,12 @@ use std::path::Path;
 
 /// Held while a report is written; the folder itself is locked, so nothing is left behind.
 #[derive(Debug)]
-pub struct Lock(#[allow(dead_code)] Option<File>);
+pub(super) struct Lock(#[allow(dead_code)] Option<File>);
 
 impl Lock {
     /// Waits until no other roadbench writes the report below an output folder. Where the system knows no such
     /// locks nothing is waited for.
-    pub fn take(out: &Path) -> Lock {
+    pub(super) fn take(out: &Path) -> Lock {
         let folder = out.join("report");
         if std::fs::create_dir_all(&folder).is_err() {
             return Lock(None); // the first page says why

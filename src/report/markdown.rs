@@ -11,7 +11,7 @@ const LISTED: usize = 30;
 
 /// The run: coefficients by bike, what happened to the fleet, diagnoses, sessions, rejected
 /// inputs, warnings. With one session its own coefficients take the place of the medians.
-pub fn write(run: &Run, fleet: Option<&Fleet>, only: Option<&Page>) -> String {
+pub(crate) fn write(run: &Run, fleet: Option<&Fleet>, only: Option<&Page>) -> String {
     let mut out = String::new();
     heading(&mut out, run);
     match only {

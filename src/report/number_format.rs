@@ -3,7 +3,7 @@
 use crate::statistics::order::{SD_PER_MAD, median_of_finite};
 
 /// Decimals that show an uncertainty with two significant digits.
-pub fn decimals(uncertainty: f64) -> usize {
+pub(crate) fn decimals(uncertainty: f64) -> usize {
     if !(uncertainty > 0.0 && uncertainty.is_finite()) {
         return 4;
     }
@@ -15,7 +15,7 @@ pub fn decimals(uncertainty: f64) -> usize {
 }
 
 /// Decimals for a value: by its uncertainty, else for four significant digits.
-pub fn decimals_of(value: f64, uncertainty: Option<f64>) -> usize {
+pub(crate) fn decimals_of(value: f64, uncertainty: Option<f64>) -> usize {
     match uncertainty {
         Some(u) if u > 0.0 && u.is_finite() => decimals(u),
         _ if value == 0.0 => 1,
@@ -25,7 +25,7 @@ pub fn decimals_of(value: f64, uncertainty: Option<f64>) -> usize {
 
 /// A number with that many decimals; never a negative zero; scientific where plain figures
 /// would be unreadable.
-pub fn fixed(value: f64, decimals: usize) -> String {
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "-".to_owned();
     }
@@ -40,19 +40,23 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// A number's text with the typographic minus (U+2212), for pages.
-pub fn typeset(text: &str) -> String {
+pub(crate) fn typeset(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
 /// Rounds to a number of decimals, for data written as JSON.
-pub fn round(value: f64, decimals: usize) -> f64 {
+pub(crate) fn round(value: f64, decimals: usize) -> f64 {
     let scale = 10f64.powi(decimals as i32);
     let rounded = (value * scale).round() / scale;
     if rounded == 0.0 { 0.0 } else { rounded }
 }
 
 /// Half the width of an interval, or the standard error: what the digits go by.
-pub fn uncertainty(std_error: Option<f64>, low: Option<f64>, high: Option<f64>) -> Option<f64> {
+pub(crate) fn uncertainty(
+    std_error: Option<f64>,
+    low: Option<f64>,
+    high: Option<f64>,
+) -> Option<f64> {
     let half = match (low, high) {
         (Some(low), Some(high)) => Some((high - low) / 4.0),
         _ => None,
@@ -61,7 +65,7 @@ pub fn uncertainty(std_error: Option<f64>, low: Option<f64>, high: Option<f64>) 
 }
 
 /// A duration: `42 s`, `12 min 31 s`, `1 h 2 min`.
-pub fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     if !seconds.is_finite() {
         return "-".to_owned();
     }
@@ -74,7 +78,7 @@ pub fn duration(seconds: f64) -> String {
 }
 
 /// An RFC 3339 time with a space for the `T`; anything else as it is.
-pub fn timestamp(text: &str) -> String {
+pub(crate) fn timestamp(text: &str) -> String {
     match text.split_once('T') {
         Some((date, time)) if date.len() == 10 => format!("{date} {time}"),
         _ => text.to_owned(),
@@ -82,12 +86,12 @@ pub fn timestamp(text: &str) -> String {
 }
 
 /// `1 session`, `3 sessions`.
-pub fn count(n: usize, what: &str) -> String {
+pub(crate) fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Robust standard deviation, 1.4826 MAD; `None` of fewer than two.
-pub fn robust_sd(values: &[f64]) -> Option<f64> {
+pub(crate) fn robust_sd(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }

@@ -94,7 +94,7 @@ fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usiz
 ///
 /// # Errors
 /// There is none of that name, or a table cannot be read.
-pub fn require_session(out: &Path, session: &str) -> Result<(), Error> {
+pub(crate) fn require_session(out: &Path, session: &str) -> Result<(), Error> {
     let (ridden, diagnosed) = (tables::sessions(out)?, causes(out)?);
     let idents = ridden.iter().map(|s| &s.ident).chain(diagnosed.iter().map(|c| &c.ident));
     let keys: Vec<(&str, &str)> =

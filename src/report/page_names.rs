@@ -30,7 +30,7 @@ pub fn sessions<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<S
 /// One file name per diagnosed (bike, session), in their order; never one of the `taken`.
 ///
 /// A session may itself be called `diagnosis_x`: then the diagnosis of `x` gets a hash.
-pub fn diagnoses<'a>(
+pub(crate) fn diagnoses<'a>(
     sessions: impl Iterator<Item = (&'a str, &'a str)> + Clone,
     taken: &[String],
 ) -> Vec<String> {
@@ -50,7 +50,7 @@ pub fn diagnoses<'a>(
 }
 
 /// One file name per bike, in their order; never one of the `taken`.
-pub fn bikes<'a>(
+pub(crate) fn bikes<'a>(
     bikes: impl Iterator<Item = &'a str>,
     taken: impl Iterator<Item = &'a str>,
 ) -> Vec<String> {
@@ -69,7 +69,7 @@ pub fn bikes<'a>(
 }
 
 /// A file name without its ending for any text: as it is where it is safe, else with a hash.
-pub fn stem(text: &str) -> String {
+pub(crate) fn stem(text: &str) -> String {
     let safe: String = text.chars().take(MAX).map(safe_char).collect();
     if safe == text && !safe.is_empty() && !safe.starts_with('.') {
         return safe;

@@ -28,7 +28,7 @@ const TEMPLATES: &[(&str, &str)] = &[
 pub(super) const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
 
 /// Whether a file of the report's folder was built by roadbench.
-pub fn is_own(file: &[u8]) -> bool {
+pub(crate) fn is_own(file: &[u8]) -> bool {
     file.starts_with(MARK.as_bytes()) || assets::is_own(file)
 }
 

@@ -19,7 +19,7 @@ const OUTPUT_TABLES: [&str; 4] = ["sessions", "rejected", "causes", "discrepanci
 ///
 /// # Errors
 /// [`Error::NotAnOutput`]: it holds none of the tables that a run or a diagnosis writes.
-pub fn check(out: &Path) -> Result<(), Error> {
+pub(crate) fn check(out: &Path) -> Result<(), Error> {
     match OUTPUT_TABLES.iter().any(|table| out.join(table).is_dir()) {
         true => Ok(()),
         false => Err(Error::NotAnOutput { path: out.to_owned() }),
@@ -58,7 +58,7 @@ fn sort_coefficients(rows: &mut [Coefficient]) {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
+pub(crate) fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
     let mut rows: Vec<ForceRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
@@ -86,7 +86,7 @@ pub fn rejected(out: &Path) -> Result<Vec<Rejected>, Error> {
 
 /// The tables that are read session by session; by default of no session.
 #[derive(Debug, Default)]
-pub struct SessionTables {
+pub(crate) struct SessionTables {
     manoeuvres: SessionFiles<Manoeuvre>,
     plots: SessionFiles<PlotPoint>,
     laps: SessionFiles<LapRow>,
@@ -99,7 +99,7 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn read(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(out: &Path) -> Result<Self, Error> {
         Ok(SessionTables {
             manoeuvres: SessionFiles::read(out)?,
             plots: SessionFiles::read(out)?,
@@ -113,7 +113,7 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+    pub(crate) fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
         Ok(SessionTables {
             manoeuvres: SessionFiles::read_one(out, session)?,
             plots: SessionFiles::read_one(out, session)?,
@@ -127,7 +127,7 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn manoeuvres(&self, session: &Ident) -> Result<Vec<Manoeuvre>, Error> {
+    pub(crate) fn manoeuvres(&self, session: &Ident) -> Result<Vec<Manoeuvre>, Error> {
         let mut rows = self.manoeuvres.rows(session)?;
         rows.sort_by_key(|m| m.manoeuvre_id);
         Ok(rows)
@@ -137,7 +137,7 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn plots(&self, session: &Ident) -> Result<Vec<PlotPoint>, Error> {
+    pub(crate) fn plots(&self, session: &Ident) -> Result<Vec<PlotPoint>, Error> {
         Ok(self.plots.rows(session)?)
     }
 
@@ -145,7 +145,7 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn laps(&self, session: &Ident) -> Result<(Vec<LapRow>, Vec<LapCornerRow>), Error> {
+    pub(crate) fn laps(&self, session: &Ident) -> Result<(Vec<LapRow>, Vec<LapCornerRow>), Error> {
         Ok((self.laps.rows(session)?, self.lap_corners.rows(session)?))
     }
 
@@ -153,14 +153,14 @@ impl SessionTables {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn lap_points(&self, session: &Ident) -> Result<Vec<LapPointRow>, Error> {
+    pub(crate) fn lap_points(&self, session: &Ident) -> Result<Vec<LapPointRow>, Error> {
         Ok(self.lap_points.rows(session)?)
     }
 }
 
 /// The tables that the pages of a run are made from.
 #[derive(Debug)]
-pub struct RunTables {
+pub(crate) struct RunTables {
     /// By bike and session.
     pub sessions: Vec<SessionRow>,
     /// By bike and session, then in the contract's order.
@@ -174,7 +174,7 @@ impl RunTables {
     ///
     /// # Errors
     /// The folder is no output, or a table cannot be read.
-    pub fn read(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(out: &Path) -> Result<Self, Error> {
         check(out)?;
         Ok(RunTables {
             sessions: sessions(out)?,
@@ -187,7 +187,7 @@ impl RunTables {
     ///
     /// # Errors
     /// A table cannot be read.
-    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+    pub(crate) fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
         let mut coefficients =
             SessionFiles::<Coefficient>::read_one(out, session)?.rows(session)?;
         sort_coefficients(&mut coefficients);
@@ -200,12 +200,12 @@ impl RunTables {
     }
 
     /// One session's coefficients.
-    pub fn coefficients_of(&self, session: &Ident) -> &[Coefficient] {
+    pub(crate) fn coefficients_of(&self, session: &Ident) -> &[Coefficient] {
         rows_of(&self.coefficients, session, |c| &c.ident)
     }
 
     /// One session's warnings.
-    pub fn warnings_of(&self, session: &Ident) -> &[WarningRow] {
+    pub(crate) fn warnings_of(&self, session: &Ident) -> &[WarningRow] {
         rows_of(&self.warnings, session, |w| &w.ident)
     }
 }

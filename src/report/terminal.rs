@@ -96,7 +96,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
 }
 
 /// What the numbers cost that the bike file does not have or is not sure of; nothing where it knows all that matter.
-pub fn costs(costs: &[String]) -> String {
+pub(crate) fn costs(costs: &[String]) -> String {
     let mut out = String::new();
     if !costs.is_empty() {
         line(&mut out, "");
@@ -137,7 +137,7 @@ pub fn batch_summary(
 }
 
 /// What was rejected and why, one after the other; of more than `most` only the first.
-pub fn rejections(rejected: &[Rejected], most: usize) -> String {
+pub(crate) fn rejections(rejected: &[Rejected], most: usize) -> String {
     let mut out = String::new();
     for r in rejected.iter().take(most) {
         line(&mut out, &format!("  {}", clean(&r.path)));

@@ -12,7 +12,7 @@ use super::page_shell;
 use crate::store::tables::file;
 
 /// Name of the list in the report's folder.
-pub const FILE: &str = ".written.json";
+pub(crate) const FILE: &str = ".written.json";
 
 /// Checksums by name, with slashes.
 #[derive(Debug, Default)]
@@ -56,7 +56,7 @@ impl Written {
 
 /// Files of an output's report that are missing or not as they were written, below the report's folder, and whether each
 /// is there; `None` where the report has no list of them.
-pub fn damaged(out: &Path) -> Option<Vec<(String, bool)>> {
+pub(crate) fn damaged(out: &Path) -> Option<Vec<(String, bool)>> {
     let folder = out.join("report");
     let Written(files) = Written::read(&folder)?;
     let is_other = |(name, sum): (String, String)| match std::fs::read(folder.join(&name)) {
@@ -68,6 +68,6 @@ pub fn damaged(out: &Path) -> Option<Vec<(String, bool)>> {
 }
 
 /// Whether an output's report is there as it was written.
-pub fn is_whole(out: &Path) -> bool {
+pub(crate) fn is_whole(out: &Path) -> bool {
     damaged(out).is_some_and(|damaged| damaged.is_empty())
 }

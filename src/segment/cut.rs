@@ -28,7 +28,11 @@ impl Piece {
 
 /// Cuts `samples` samples into segments. Of several detectors that claim a block the first in the
 /// list has it; blocks that nobody claims are the last one's.
-pub fn cut(f: &Features, detectors: &[Box<dyn Detector + '_>], samples: usize) -> Vec<Segment> {
+pub(super) fn cut(
+    f: &Features,
+    detectors: &[Box<dyn Detector + '_>],
+    samples: usize,
+) -> Vec<Segment> {
     let found: Vec<Vec<Claim>> = detectors.iter().map(|d| d.find(f)).collect();
     let mut braked = vec![false; f.len()];
     for claim in found.iter().flatten().filter(|c| c.kind.is_braking()) {

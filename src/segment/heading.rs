@@ -11,17 +11,17 @@ const ALONG: f64 = 0.5;
 
 /// The heading of the first straight.
 #[derive(Debug, Clone, Copy)]
-pub struct Axis(Option<f64>);
+pub(super) struct Axis(Option<f64>);
 
 impl Axis {
     /// From the first straight piece of at least a second.
-    pub fn new<'a>(f: &Features, pieces: impl Iterator<Item = &'a Claim>) -> Self {
+    pub(super) fn new<'a>(f: &Features, pieces: impl Iterator<Item = &'a Claim>) -> Self {
         let long = |piece: &Claim| piece.kind.is_straight() && piece.at.len() >= f.blocks(1.0);
         Axis(pieces.filter(|p| long(p)).find_map(|p| mean(f, &p.at)))
     }
 
     /// Outbound or inbound; `None` across the axis or without a heading.
-    pub fn direction(self, f: &Features, at: &Range<usize>) -> Option<Direction> {
+    pub(super) fn direction(self, f: &Features, at: &Range<usize>) -> Option<Direction> {
         let along = (mean(f, at)? - self.0?).cos();
         if along > ALONG {
             Some(Direction::Outbound)

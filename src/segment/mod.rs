@@ -23,13 +23,13 @@ use crate::segment::manoeuvre::features::Features;
 
 mod cut;
 mod heading;
-pub mod laps;
-pub mod manoeuvre;
-pub mod offroad;
-mod segments;
+pub(crate) mod laps;
+pub(crate) mod manoeuvre;
+pub(crate) mod offroad;
+pub(crate) mod segments;
 
-pub use crate::segment::manoeuvre::Config;
-pub use segments::Segment;
+pub(crate) use crate::segment::manoeuvre::Config;
+pub(crate) use segments::Segment;
 
 /// Cuts a filtered session into segments, in time order, none overlapping, all of it covered.
 /// Empty without forward velocity.

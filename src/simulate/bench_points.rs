@@ -7,7 +7,7 @@ use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre at measured points.
 #[derive(Debug, Clone, Copy)]
-pub struct BenchPoints<'a> {
+pub(crate) struct BenchPoints<'a> {
     /// The tyre.
     pub tyre: &'a dyn TyreModel,
     /// What was measured.
@@ -18,7 +18,7 @@ pub struct BenchPoints<'a> {
 
 /// A number of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Both {
+pub(crate) struct Both {
     /// Points that say it.
     pub points: usize,
     /// Of the bench.
@@ -29,7 +29,7 @@ pub struct Both {
 
 /// How far a force is off at the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// Points that have it.
     pub points: usize,
     /// Root mean square.
@@ -41,16 +41,16 @@ pub struct Difference {
 }
 
 /// A force or moment of a point, and of a tyre.
-pub type Quantity = (fn(&Point) -> Option<f64>, fn(&Output) -> f64);
+pub(crate) type Quantity = (fn(&Point) -> Option<f64>, fn(&Output) -> f64);
 
 /// Longitudinal force over load.
-pub const FRICTION_X: Quantity = (|p| Some(p.force_x? / p.load), |o| o.force_x);
+pub(crate) const FRICTION_X: Quantity = (|p| Some(p.force_x? / p.load), |o| o.force_x);
 /// Lateral force over load.
-pub const FRICTION_Y: Quantity = (|p| Some(p.force_y? / p.load), |o| o.force_y);
+pub(crate) const FRICTION_Y: Quantity = (|p| Some(p.force_y? / p.load), |o| o.force_y);
 /// Overturning moment over load, m.
-pub const MOMENT_X: Quantity = (|p| Some(p.moment_x? / p.load), |o| o.moment_x);
+pub(crate) const MOMENT_X: Quantity = (|p| Some(p.moment_x? / p.load), |o| o.moment_x);
 /// Yaw moment over load, m.
-pub const MOMENT_Z: Quantity = (|p| Some(p.moment_z? / p.load), |o| o.moment_z);
+pub(crate) const MOMENT_Z: Quantity = (|p| Some(p.moment_z? / p.load), |o| o.moment_z);
 
 /// Within so much of zero a slip angle (rad) or a camber (rad) is none, or a force is linear in it.
 const ANGLE: f64 = 0.0175;
@@ -66,14 +66,14 @@ const FEWEST: usize = 3;
 
 impl BenchPoints<'_> {
     /// A force of the tyre at a point, over load.
-    pub fn model(&self, p: &Point, of: fn(&Output) -> f64) -> f64 {
+    pub(crate) fn model(&self, p: &Point, of: fn(&Output) -> f64) -> f64 {
         let Point { slip_ratio, slip_angle, camber, load, .. } = *p;
         let input = Input { slip_ratio, slip_angle, camber, load, friction: self.friction };
         of(&self.tyre.forces(&input)) / load
     }
 
     /// How far a force over load is off; none where it was not measured.
-    pub fn difference(&self, (measured, of): Quantity) -> Option<Difference> {
+    pub(crate) fn difference(&self, (measured, of): Quantity) -> Option<Difference> {
         let (mut n, mut squares, mut largest, mut peak) = (0, 0.0, 0.0_f64, 0.0_f64);
         for p in self.points {
             let Some(wanted) = measured(p) else { continue };
@@ -87,7 +87,7 @@ impl BenchPoints<'_> {
     }
 
     /// `-d(Fy/Fz)/d(slip angle)` upright, 1/rad.
-    pub fn cornering_stiffness(&self) -> Option<Both> {
+    pub(crate) fn cornering_stiffness(&self) -> Option<Both> {
         let is_meant = |p: &Point| {
             let small = p.slip_angle.abs() <= ANGLE && p.camber.abs() <= ANGLE;
             small && p.slip_ratio.abs() <= NO_SLIP
@@ -96,7 +96,7 @@ impl BenchPoints<'_> {
     }
 
     /// `-d(Fy/Fz)/d(camber)` without slip, 1/rad.
-    pub fn camber_stiffness(&self) -> Option<Both> {
+    pub(crate) fn camber_stiffness(&self) -> Option<Both> {
         let is_meant = |p: &Point| {
             let small = p.slip_angle.abs() <= NO_ANGLE && p.camber.abs() <= CAMBER;
             small && p.slip_ratio.abs() <= NO_SLIP
@@ -105,7 +105,7 @@ impl BenchPoints<'_> {
     }
 
     /// `d(Fx/Fz)/d(slip ratio)` upright, 1.
-    pub fn slip_stiffness(&self) -> Option<Both> {
+    pub(crate) fn slip_stiffness(&self) -> Option<Both> {
         let is_meant = |p: &Point| {
             let small = p.slip_angle.abs() <= NO_ANGLE && p.camber.abs() <= ANGLE;
             small && p.slip_ratio.abs() <= SLIP
@@ -114,7 +114,7 @@ impl BenchPoints<'_> {
     }
 
     /// The largest force over load that was measured, and that of the tyre at the same points.
-    pub fn peak(&self, (measured, of): Quantity) -> Option<Both> {
+    pub(crate) fn peak(&self, (measured, of): Quantity) -> Option<Both> {
         let found: Vec<(f64, f64)> = self
             .points
             .iter()
@@ -155,13 +155,13 @@ impl BenchPoints<'_> {
     }
 
     /// Median load, N.
-    pub fn load(&self) -> f64 {
+    pub(crate) fn load(&self) -> f64 {
         let loads: Vec<f64> = self.points.iter().map(|p| p.load).collect();
         median_or_zero(&loads)
     }
 
     /// Cambers, degrees, at which slip angles were swept, each with its points; the fullest first.
-    pub fn sweeps(&self) -> Vec<(i64, Vec<Point>)> {
+    pub(crate) fn sweeps(&self) -> Vec<(i64, Vec<Point>)> {
         let mut at: std::collections::BTreeMap<i64, Vec<Point>> = Default::default();
         for p in self.points.iter().filter(|p| p.slip_ratio.abs() <= NO_SLIP) {
             at.entry(p.camber.to_degrees().round() as i64).or_default().push(*p);
@@ -179,7 +179,7 @@ impl BenchPoints<'_> {
     }
 
     /// Points at which the slip ratio was swept, upright and straight on.
-    pub fn braked(&self) -> Vec<Point> {
+    pub(crate) fn braked(&self) -> Vec<Point> {
         let straight = |p: &&Point| p.slip_angle.abs() <= NO_ANGLE && p.camber.abs() <= ANGLE;
         self.points.iter().filter(straight).copied().collect()
     }

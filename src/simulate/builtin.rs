@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::contract::schema::meant;
 
 /// Name and text of scenarios of one kind.
-pub type List = &'static [(&'static str, &'static str)];
+pub(crate) type List = &'static [(&'static str, &'static str)];
 
 /// Of the reduced-order motorcycle.
-pub const REDUCED: List = &[
+pub(crate) const REDUCED: List = &[
     ("archive", include_str!("../../pipelines/scenarios/archive.toml")),
     ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
     ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
@@ -17,21 +17,21 @@ pub const REDUCED: List = &[
 ];
 
 /// Of the nonlinear motorcycle.
-pub const TOURS: List = &[
+pub(crate) const TOURS: List = &[
     ("characterise", include_str!("../../pipelines/scenarios/characterise.toml")),
     ("lane_change", include_str!("../../pipelines/scenarios/lane_change.toml")),
     ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
 ];
 
 /// On a closed track.
-pub const TRACKS: List = &[("track", include_str!("../../pipelines/scenarios/track.toml"))];
+pub(crate) const TRACKS: List = &[("track", include_str!("../../pipelines/scenarios/track.toml"))];
 
 /// Off-road.
-pub const MOTOCROSS: List =
+pub(crate) const MOTOCROSS: List =
     &[("motocross", include_str!("../../pipelines/scenarios/motocross.toml"))];
 
 /// Every built-in scenario, by what rides it.
-pub const ALL: [(&str, List); 4] = [
+pub(crate) const ALL: [(&str, List); 4] = [
     ("reduced-order motorcycle", REDUCED),
     ("nonlinear motorcycle", TOURS),
     ("nonlinear motorcycle on a closed track", TRACKS),
@@ -44,7 +44,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Their names by what rides them, for a sentence.
-pub fn listed() -> String {
+pub(crate) fn listed() -> String {
     let one = |(what, list): &(&str, List)| {
         let names: Vec<&str> = list.iter().map(|(name, _)| *name).collect();
         format!("{} ({what})", names.join(", "))
@@ -53,7 +53,7 @@ pub fn listed() -> String {
 }
 
 /// What to say of a scenario that is not there.
-pub fn unknown(name: &str) -> String {
+pub(crate) fn unknown(name: &str) -> String {
     let all: Vec<&str> = names().collect();
     format!(
         "no scenario `{name}`{}; give a file, or one of {}",

@@ -69,7 +69,7 @@ fn peak(samples: &[Sample], c: &Compared, sign: f64) -> f64 {
 }
 
 /// Which of two rides did not come to its end, how and when.
-pub fn falls(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<String> {
+pub(crate) fn falls(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<String> {
     let both = [("its own tyres", reference), ("the given tyres", other)];
     let fell = |(tyres, ride): (&str, &MultibodyRide)| {
         ride.fall.map(|fall| format!("on {tyres} the motorcycle {fall}"))
@@ -105,7 +105,7 @@ pub fn peaks(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<PeakRow> {
 
 /// One quantity over time.
 #[derive(Debug, Clone, Copy)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// Of the motorcycle.
     Motorcycle(fn(&Sample) -> f64),
     /// Of the front and of the rear wheel.
@@ -114,7 +114,7 @@ pub enum Quantity {
 
 /// What is drawn of two rides: heading, unit, quantity. As in figure 4 of the paper.
 #[rustfmt::skip]
-pub const TRACES: &[(&str, &str, Quantity)] = &[
+pub(crate) const TRACES: &[(&str, &str, Quantity)] = &[
     ("Steering torque", "N m", Quantity::Motorcycle(|s| s.action.steer_torque)),
     ("Steering angle", "deg", Quantity::Motorcycle(|s| s.joints[joint::STEER] * DEGREE)),
     ("Slip ratio", "1", Quantity::Wheels([|s| s.wheels[0].slip[0], |s| s.wheels[1].slip[0]])),

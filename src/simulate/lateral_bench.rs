@@ -6,7 +6,7 @@ use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre under a load on a road.
 #[derive(Debug, Clone, Copy)]
-pub struct LateralBench<'a> {
+pub(crate) struct LateralBench<'a> {
     /// The tyre.
     pub tyre: &'a dyn TyreModel,
     /// N.
@@ -17,7 +17,7 @@ pub struct LateralBench<'a> {
 
 impl LateralBench<'_> {
     /// `Fy / Fz` at a slip angle and a camber in degrees.
-    pub fn at(&self, slip: f64, camber: f64) -> f64 {
+    pub(crate) fn at(&self, slip: f64, camber: f64) -> f64 {
         let Self { tyre, load, friction } = *self;
         let input = Input {
             slip_ratio: 0.0,
@@ -30,7 +30,7 @@ impl LateralBench<'_> {
     }
 
     /// Every 5 degrees of camber to 60 and every half degree of slip to 10, on both sides.
-    pub fn rows(&self, name: &str) -> Vec<BenchRow> {
+    pub(crate) fn rows(&self, name: &str) -> Vec<BenchRow> {
         let mut rows = Vec::new();
         for camber in (-60..=60).step_by(5).map(f64::from) {
             for slip in (-20..=20).map(|i| f64::from(i) * 0.5) {
@@ -47,14 +47,14 @@ impl LateralBench<'_> {
     }
 
     /// `Fy / Fz` over slip angles of -6 to 6 degrees at a camber, degrees.
-    pub fn curve(&self, camber: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn curve(&self, camber: f64) -> Vec<(f64, f64)> {
         let slips = (-60..=60).map(|i| f64::from(i) * 0.1);
         slips.map(|slip| (slip, self.at(slip, camber))).collect()
     }
 
     /// Largest and root-mean-square difference from another tyre over slip angles of -3 to 3 degrees
     /// at a camber, degrees.
-    pub fn difference(&self, other: &Self, camber: f64) -> [f64; 2] {
+    pub(crate) fn difference(&self, other: &Self, camber: f64) -> [f64; 2] {
         let slips = (-30..=30).map(|i| f64::from(i) * 0.1);
         let off: Vec<f64> =
             slips.map(|slip| self.at(slip, camber) - other.at(slip, camber)).collect();

@@ -73,7 +73,7 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
 }
 
 /// What is ridden on a motorcycle that stands for a plant.
-pub fn tour_on(
+pub(crate) fn tour_on(
     scenario: &Scenario,
     plant: &Plant,
     motorcycle: Motorcycle,
@@ -163,7 +163,7 @@ pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
 ///
 /// # Errors
 /// It cannot stand; a sentence that says why.
-pub fn construct(
+pub(crate) fn construct(
     plant: &Plant,
     build: &Build,
     tyres: [Box<dyn TyreModel>; 2],

@@ -31,7 +31,7 @@ pub struct LaneChange {
 }
 
 /// Quintic step from 0 to 1 over unit time, with its derivatives.
-pub fn quintic(x: f64) -> (f64, f64, f64) {
+pub(crate) fn quintic(x: f64) -> (f64, f64, f64) {
     if x <= 0.0 {
         (0.0, 0.0, 0.0)
     } else if x >= 1.0 {
@@ -112,7 +112,7 @@ impl LaneChange {
 
 /// A path laid on the road.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Course {
+pub(crate) struct Course {
     /// Where it begins, m.
     pub origin: [f64; 2],
     /// Its heading there, rad.
@@ -123,19 +123,19 @@ pub struct Course {
 
 impl Course {
     /// Distance of a point along the course, m.
-    pub fn along(&self, p: [f64; 2]) -> f64 {
+    pub(crate) fn along(&self, p: [f64; 2]) -> f64 {
         let (sin, cos) = self.heading.sin_cos();
         (p[0] - self.origin[0]) * cos + (p[1] - self.origin[1]) * sin
     }
 
     /// Road position of a point given along and to the left.
-    pub fn point(&self, along: f64, left: f64) -> [f64; 2] {
+    pub(crate) fn point(&self, along: f64, left: f64) -> [f64; 2] {
         let (sin, cos) = self.heading.sin_cos();
         [self.origin[0] + along * cos - left * sin, self.origin[1] + along * sin + left * cos]
     }
 
     /// Road position of the path itself.
-    pub fn path(&self, along: f64) -> [f64; 2] {
+    pub(crate) fn path(&self, along: f64) -> [f64; 2] {
         self.point(along, self.shape.offset_at(along).0)
     }
 }

@@ -10,7 +10,7 @@ const FEET: f64 = 3.0;
 
 /// A rider on one motorcycle.
 #[derive(Debug)]
-pub struct Pilot<'a> {
+pub(crate) struct Pilot<'a> {
     model: &'a Model,
     /// What is to be done.
     pub programme: Programme<'a>,
@@ -44,7 +44,7 @@ impl Skill {
 
 impl<'a> Pilot<'a> {
     /// A rider about to start.
-    pub fn new(model: &'a Model, programme: Programme<'a>, skill: &Skill) -> Self {
+    pub(crate) fn new(model: &'a Model, programme: Programme<'a>, skill: &Skill) -> Self {
         let period = skill.roll.period;
         Pilot {
             model,
@@ -58,7 +58,7 @@ impl<'a> Pilot<'a> {
     }
 
     /// The state as the rider perceives it.
-    pub fn perceive(&self, state: &State, scratch: &Scratch) -> Perceived {
+    pub(crate) fn perceive(&self, state: &State, scratch: &Scratch) -> Perceived {
         let centre = self.model.motorcycle.frame.centre;
         Perceived {
             speed: state.level_velocity(&centre)[0],
@@ -73,7 +73,7 @@ impl<'a> Pilot<'a> {
     }
 
     /// One decision, held until the next.
-    pub fn act(&mut self, state: &State, scratch: &Scratch) -> (Action, Controls, bool) {
+    pub(crate) fn act(&mut self, state: &State, scratch: &Scratch) -> (Action, Controls, bool) {
         let seen = self.perceive(state, scratch);
         let demand = self.programme.decide(&seen);
         let mut action = Action::default();

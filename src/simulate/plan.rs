@@ -110,7 +110,7 @@ pub enum Phase {
 }
 
 /// Heading after some phases that began at heading zero, rad; spirals and paths end anywhere.
-pub fn heading(phases: &[Phase]) -> f64 {
+pub(crate) fn heading(phases: &[Phase]) -> f64 {
     let turned = |phase: &Phase| match *phase {
         Phase::Corner { direction, turn, .. } | Phase::TrailBraked { direction, turn, .. } => {
             if direction == Direction::Left {

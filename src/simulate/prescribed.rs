@@ -8,7 +8,7 @@ use crate::GRAVITY;
 use crate::simulate::multibody::state::rotation;
 
 /// A change that begins and ends softly: at what time, over how long (s), by how much.
-pub type Change = [f64; 3];
+pub(crate) type Change = [f64; 3];
 
 /// Changes of heading (rad, positive to the left) and of speed (m/s).
 #[derive(Debug, Clone, Default)]

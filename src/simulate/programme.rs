@@ -19,7 +19,7 @@ pub struct Controls {
 
 /// The state of the motorcycle as far as the rider perceives it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Perceived {
+pub(crate) struct Perceived {
     /// Forward velocity, m/s.
     pub speed: f64,
     /// Heading, rad.
@@ -40,7 +40,7 @@ pub struct Perceived {
 
 /// A lean over time: up, held, down; smooth to the second derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Lean {
+pub(crate) struct Lean {
     /// rad.
     pub angle: f64,
     /// rad/s.
@@ -51,7 +51,7 @@ pub struct Lean {
 
 /// What the rider asks of the motorcycle at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Demand {
+pub(crate) struct Demand {
     /// Lean now.
     pub lean: Lean,
     /// Acceleration, m/s²; `None` leaves the throttle alone (neutral).
@@ -78,7 +78,7 @@ const HANDS: f64 = 0.15;
 
 /// The phases of a ride under way.
 #[derive(Debug)]
-pub struct Programme<'a> {
+pub(crate) struct Programme<'a> {
     phases: &'a [Phase],
     next: usize,
     since: f64,
@@ -96,7 +96,7 @@ pub struct Programme<'a> {
 
 impl<'a> Programme<'a> {
     /// At the beginning; `dt` is the span between decisions, s.
-    pub fn new(phases: &'a [Phase], dt: f64) -> Self {
+    pub(crate) fn new(phases: &'a [Phase], dt: f64) -> Self {
         Programme {
             phases,
             next: 0,
@@ -114,12 +114,12 @@ impl<'a> Programme<'a> {
     }
 
     /// The phase under way; `None` at the end of the ride.
-    pub fn phase(&self) -> Option<&Phase> {
+    pub(crate) fn phase(&self) -> Option<&Phase> {
         self.phases.get(self.next)
     }
 
     /// Kind and direction of the phase under way; `lean` in rad.
-    pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
+    pub(crate) fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         match self.phase() {
             Some(Phase::Accelerate { .. } | Phase::Cruise { .. } | Phase::Shift { .. }) => {
                 (ManoeuvreKind::Driving, None)
@@ -168,7 +168,7 @@ impl<'a> Programme<'a> {
     }
 
     /// One decision, held for the next `dt` seconds.
-    pub fn decide(&mut self, seen: &Perceived) -> Demand {
+    pub(crate) fn decide(&mut self, seen: &Perceived) -> Demand {
         let demand = Demand { lean: self.straight(seen), gear: self.gear, ..Demand::default() };
         let demand = match self.phase().copied() {
             Some(phase) => self.demand(&phase, seen, demand),

@@ -60,7 +60,7 @@ pub struct Peaks {
 
 /// A braking of a session, ridden again.
 #[derive(Debug)]
-pub struct Braking {
+pub(crate) struct Braking {
     /// Which brakes.
     pub kind: ManoeuvreKind,
     /// Since the start of the session, s.
@@ -71,12 +71,12 @@ pub struct Braking {
 
 impl Braking {
     /// The wheel whose slip counts: 0 front, 1 rear.
-    pub fn wheel(&self) -> usize {
+    pub(crate) fn wheel(&self) -> usize {
         usize::from(self.kind == ManoeuvreKind::RearBraking)
     }
 
     /// Its row of the table `replay`; `None` where it could not be ridden again.
-    pub fn row(&self, meta: &Meta) -> Option<BrakingReplay> {
+    pub(crate) fn row(&self, meta: &Meta) -> Option<BrakingReplay> {
         let replay = self.replay.as_ref().ok()?;
         let peaks = replay.peaks(self.wheel());
         let [rms_acceleration, rms_slip] = replay.rms(self.wheel());
@@ -98,7 +98,7 @@ impl Braking {
 
 /// Rides brakings again, each when it is asked for, from 0.3 s before its start so that the run
 /// begins steady.
-pub fn brakings<'a>(
+pub(crate) fn brakings<'a>(
     model: &'a Model,
     steering: &'a Preview,
     session: &'a Session,

@@ -206,7 +206,7 @@ fn record(meta: Meta, tour: &Tour, samples: &[Sample]) -> Session {
 }
 
 /// The truth as rows of `truth_signals`.
-pub fn truth_signals(ridden: &MultibodyRide) -> Vec<TruthSignal> {
+pub(crate) fn truth_signals(ridden: &MultibodyRide) -> Vec<TruthSignal> {
     let meta = &ridden.session.meta;
     let row = |(i, s): (usize, &Sample)| {
         let [front, rear] = &s.wheels;

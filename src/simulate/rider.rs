@@ -46,7 +46,7 @@ impl Default for Disturbance {
 
 /// The rider on one session.
 #[derive(Debug)]
-pub struct Rider<'a> {
+pub(crate) struct Rider<'a> {
     plant: &'a Plant,
     programme: Programme<'a>,
     pressure: [f64; 2],
@@ -62,7 +62,7 @@ pub struct Rider<'a> {
 
 impl<'a> Rider<'a> {
     /// A rider about to start; `dt` is the span between decisions.
-    pub fn new(
+    pub(crate) fn new(
         plant: &'a Plant,
         phases: &'a [Phase],
         disturbance: Disturbance,
@@ -93,12 +93,12 @@ impl<'a> Rider<'a> {
     }
 
     /// The phase under way; `None` at the end of the ride.
-    pub fn phase(&self) -> Option<&Phase> {
+    pub(crate) fn phase(&self) -> Option<&Phase> {
         self.programme.phase()
     }
 
     /// Kind and direction of the phase under way; `lean` in rad.
-    pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
+    pub(crate) fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         self.programme.label(lean)
     }
 
@@ -112,7 +112,7 @@ impl<'a> Rider<'a> {
     }
 
     /// One decision: what is done for the next `dt` seconds. `response` is the instant's.
-    pub fn act(&mut self, state: &State, response: &Response) -> (Action, Controls) {
+    pub(crate) fn act(&mut self, state: &State, response: &Response) -> (Action, Controls) {
         let demand = self.programme.decide(&Perceived {
             speed: state.vx,
             yaw: state.yaw,
@@ -186,7 +186,7 @@ fn wanted(state: &State, lean: &Lean) -> f64 {
 
 /// Handlebar angle that gives the wanted roll motion of a motorcycle that is nothing but the plain one: a rider
 /// who does not know what is hidden in it, but for how he leans himself.
-pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+pub(crate) fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
     if state.vx < SLOWEST {
         return 0.0;
     }
@@ -211,7 +211,7 @@ pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 
 
 /// Handlebar angle that gives the wanted roll motion of whatever motorcycle answered last as `response` says: what
 /// is missing in its roll acceleration is asked of the front tyre.
-pub fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+pub(crate) fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
     if state.vx < SLOWEST {
         return 0.0;
     }

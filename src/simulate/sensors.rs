@@ -27,7 +27,7 @@ pub struct Sensor {
 }
 
 /// Sensors by channel; a channel that is not named is perfect.
-pub type Sensors = BTreeMap<String, Sensor>;
+pub(crate) type Sensors = BTreeMap<String, Sensor>;
 
 /// Replaces the true channels of a session by what the sensors show.
 pub fn measure(session: &mut Session, sensors: &Sensors, seed: u64) {

@@ -5,7 +5,7 @@ use crate::contract::session::Session;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// What the rider was doing: kind, start and end (s), direction.
-pub type Label = (ManoeuvreKind, f64, f64, Option<Direction>);
+pub(crate) type Label = (ManoeuvreKind, f64, f64, Option<Direction>);
 
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
@@ -21,7 +21,7 @@ pub struct Simulated {
 }
 
 /// Labels of the runs of one kind and direction in samples at `rate` Hz.
-pub fn labels(kinds: &[(ManoeuvreKind, Option<Direction>)], rate: f64) -> Vec<Label> {
+pub(crate) fn labels(kinds: &[(ManoeuvreKind, Option<Direction>)], rate: f64) -> Vec<Label> {
     let mut labels = Vec::new();
     let mut start = 0;
     for i in 1..=kinds.len() {

@@ -28,7 +28,7 @@ pub struct Known {
 }
 
 /// The folder below `truth/` of a table of truth.
-pub fn folder_of(table: &str) -> &str {
+pub(crate) fn folder_of(table: &str) -> &str {
     table.strip_prefix("truth_").unwrap_or("coefficients")
 }
 
@@ -40,7 +40,7 @@ fn batch<R: Row>(rows: &[R]) -> Result<(&'static str, RecordBatch), file::Error>
 ///
 /// # Errors
 /// A row does not fit its schema: our own mistake.
-pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::Error> {
+pub(crate) fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::Error> {
     let meta = &simulated.session.meta;
     let coefficients = truth_rows(
         meta,
@@ -55,7 +55,7 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_tour(
+pub(crate) fn of_tour(
     coefficients: &[(Id, f64)],
     ridden: ride::MultibodyRide,
 ) -> Result<Known, file::Error> {
@@ -73,7 +73,7 @@ pub fn of_tour(
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_motocross(
+pub(crate) fn of_motocross(
     scenario: &Motocross,
     ridden: motocross::MotocrossRide,
 ) -> Result<Known, file::Error> {

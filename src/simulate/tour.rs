@@ -28,7 +28,7 @@ use crate::simulate::multibody::{Model, Motorcycle, Road};
 use crate::tyre::tyre_model::TyreModel;
 
 /// Built-in rides by name.
-pub const BUILTIN: builtin::List = builtin::TOURS;
+pub(crate) const BUILTIN: builtin::List = builtin::TOURS;
 
 /// What is more than a number; those are in `schemas/ride.v1.toml` with their ranges.
 #[derive(Debug, Deserialize)]

@@ -19,7 +19,7 @@ use crate::simulate::multibody::Wheel;
 use crate::tyre::tyre::trail_0;
 
 /// True coefficients, in the order of the tables; those that are not known are not there.
-pub type Truth = Vec<(Id, f64)>;
+pub(crate) type Truth = Vec<(Id, f64)>;
 
 /// What is true of both tyres at one sample of a ride, front and rear.
 struct Cornering {

@@ -86,7 +86,7 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
 }
 
 /// The paper's tyre that is most like another: what the bench shows of it at a load (N), on its own road.
-pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
+pub(crate) fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
     let b = bench(tyre, load, 1.0);
     let (peak_friction, peak_slip) = (b.peak_friction, b.peak_slip);
     let ratio = b.camber_stiffness / b.cornering_stiffness;
@@ -122,7 +122,7 @@ pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
 
 /// Peak of the friction that braking asks of a tyre upright at a load (N), and its normalised slip. As an
 /// estimate counts them: beyond the rolling resistance, from free rolling on.
-pub fn braked_peak(tyre: &dyn TyreModel, load: f64, friction: f64) -> [f64; 2] {
+pub(crate) fn braked_peak(tyre: &dyn TyreModel, load: f64, friction: f64) -> [f64; 2] {
     let b = bench(tyre, load, friction);
     let locked = 1.0 / (1.0 + b.peak_slip);
     let slip = 1.0 - locked * b.free_rolling_radius / b.rolling_radius;

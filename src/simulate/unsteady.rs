@@ -15,7 +15,7 @@ const MOVING: f64 = 2.0;
 
 /// One ride's.
 #[derive(Debug)]
-pub struct Unsteady {
+pub(crate) struct Unsteady {
     disturbance: Disturbance,
     model_error: ModelError,
     wind: [f64; 2],
@@ -32,7 +32,7 @@ pub struct Unsteady {
 impl Unsteady {
     /// At the start of a ride whose rider decides every `period` s; `wind` in road axes, m/s. A yaw
     /// moment is left out: there is nothing for it to act on.
-    pub fn new(
+    pub(crate) fn new(
         motorcycle: &Motorcycle,
         disturbance: Disturbance,
         model_error: ModelError,
@@ -64,18 +64,18 @@ impl Unsteady {
     }
 
     /// Road and pads differ from run to run.
-    pub fn next_phase(&mut self) {
+    pub(crate) fn next_phase(&mut self) {
         self.slope = self.disturbance.grade * self.random.normal();
         self.pads = [0; 2].map(|_| 1.0 + self.disturbance.brake_gain * self.random.normal());
     }
 
     /// Lean that the rider fails to hold, rad.
-    pub fn sway(&mut self) -> f64 {
+    pub(crate) fn sway(&mut self) -> f64 {
         self.noise[2].next(&mut self.random)
     }
 
     /// What becomes of the rider's action at a speed (m/s).
-    pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64) {
+    pub(crate) fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64) {
         self.brakes.update(speed, controls.pressure, self.period);
         let Brakes { whole, each } = self.brakes;
         for ((torque, pad), axle) in action.brake.iter_mut().zip(self.pads).zip(Axle::BOTH) {

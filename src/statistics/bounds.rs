@@ -13,11 +13,11 @@ const MARGIN: f64 = 1e-3;
 
 /// Bounds of each parameter; infinite ones are none.
 #[derive(Debug, Clone)]
-pub struct Bounds(Vec<(f64, f64)>);
+pub(crate) struct Bounds(Vec<(f64, f64)>);
 
 impl Bounds {
     /// Of `p` parameters; `None` where they exclude everything or are too few.
-    pub fn new(p: usize, bounds: Option<&[(f64, f64)]>) -> Option<Self> {
+    pub(crate) fn new(p: usize, bounds: Option<&[(f64, f64)]>) -> Option<Self> {
         let free = (f64::NEG_INFINITY, f64::INFINITY);
         let bounds = bounds.map_or_else(|| vec![free; p], <[(f64, f64)]>::to_vec);
         let sound = bounds.len() == p && bounds.iter().all(|(low, high)| low < high);
@@ -25,12 +25,12 @@ impl Bounds {
     }
 
     /// Those of parameter `j`.
-    pub fn of(&self, j: usize) -> (f64, f64) {
+    pub(crate) fn of(&self, j: usize) -> (f64, f64) {
         self.0[j]
     }
 
     /// Free variables of parameters, which are moved inside first.
-    pub fn inner(&self, theta: &[f64]) -> Vec<f64> {
+    pub(crate) fn inner(&self, theta: &[f64]) -> Vec<f64> {
         let above = |distance: f64| ((distance.max(MARGIN) + 1.0).powi(2) - 1.0).sqrt();
         let one =
             |(&t, &(low, high)): (&f64, &(f64, f64))| match (low.is_finite(), high.is_finite()) {
@@ -46,14 +46,14 @@ impl Bounds {
     }
 
     /// Parameters of free variables.
-    pub fn outer(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn outer(&self, z: &[f64]) -> Vec<f64> {
         let mut theta = vec![0.0; z.len()];
         self.outer_into(z, &mut theta);
         theta
     }
 
     /// As [`Self::outer`], in place.
-    pub fn outer_into(&self, z: &[f64], theta: &mut [f64]) {
+    pub(crate) fn outer_into(&self, z: &[f64], theta: &mut [f64]) {
         for (t, (&z, &(low, high))) in theta.iter_mut().zip(z.iter().zip(&self.0)) {
             *t = match (low.is_finite(), high.is_finite()) {
                 (true, true) => low + 0.5 * (high - low) * (1.0 + z.sin()),
@@ -65,7 +65,7 @@ impl Bounds {
     }
 
     /// Derivative of parameter `j` by its free variable.
-    pub fn slope(&self, j: usize, z: f64) -> f64 {
+    pub(crate) fn slope(&self, j: usize, z: f64) -> f64 {
         let (low, high) = self.0[j];
         match (low.is_finite(), high.is_finite()) {
             (true, true) => 0.5 * (high - low) * z.cos(),

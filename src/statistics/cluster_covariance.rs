@@ -58,7 +58,7 @@ pub enum Error {
 
 /// Correction of a manoeuvre's score for what the fit has adapted to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Correction {
+pub(crate) enum Correction {
     /// Bias-reduced linearisation.
     Cr2,
     /// Leave one manoeuvre out (jackknife).
@@ -147,7 +147,7 @@ pub fn sandwich(scores: &Scores<'_>) -> Result<ClusterCovariance, Error> {
 ///
 /// # Errors
 /// As [`sandwich`].
-pub fn sandwich_with(
+pub(crate) fn sandwich_with(
     scores: &Scores<'_>,
     correction: Correction,
 ) -> Result<ClusterCovariance, Error> {
@@ -413,7 +413,10 @@ impl Shape {
 ///
 /// # Errors
 /// Fewer than two manoeuvres; estimates of different length or not finite.
-pub fn jackknife_delta(full: &[f64], without: &[Vec<f64>]) -> Result<ClusterCovariance, Error> {
+pub(crate) fn jackknife_delta(
+    full: &[f64],
+    without: &[Vec<f64>],
+) -> Result<ClusterCovariance, Error> {
     let (p, g) = (full.len(), without.len());
     if g < 2 {
         return Err(Error::TooFew(g));

@@ -69,7 +69,7 @@ impl Fitted {
 }
 
 /// Number of different clusters among the samples' cluster numbers.
-pub fn count(clusters: &[usize]) -> usize {
+pub(crate) fn count(clusters: &[usize]) -> usize {
     let mut seen: Vec<usize> = clusters.to_vec();
     seen.sort_unstable();
     seen.dedup();
@@ -79,7 +79,7 @@ pub fn count(clusters: &[usize]) -> usize {
 /// Fits `y = columns b` robustly; `None` where the samples do not determine the columns. Residuals
 /// well below `floor` (unit of `y`) are never outliers, however small the others are: a clean ride
 /// must not lose its most informative samples to the small imperfections of the algebra.
-pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Option<Fitted> {
+pub(crate) fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Option<Fitted> {
     let options = Options { scale_floor: floor, ..Options::default() };
     let fit = bisquare::linear(columns, y, &options).ok()?;
     let jacobian = DMatrix::from_fn(y.len(), columns.len(), |i, j| columns[j][i]);
@@ -110,7 +110,7 @@ pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Opt
 
 /// As [`fit`], of rows that are not known equally well: each is multiplied by its scale, one over what it scatters
 /// more than the best. Scales of nothing are all one. Weights are those of the rows as they are given.
-pub fn fit_scaled(
+pub(crate) fn fit_scaled(
     columns: &[&[f64]],
     y: &[f64],
     scales: &[f64],
@@ -130,7 +130,7 @@ pub fn fit_scaled(
 
 /// Least squares with given weights: the coefficients of a fit whose inputs have changed a little.
 /// `None` where the columns are not independent.
-pub fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
     let p = columns.len();
     let mut a = DMatrix::zeros(p, p);
     let mut b = DVector::zeros(p);
@@ -149,7 +149,7 @@ pub fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>>
 /// Robust spread between clusters of each coefficient: that of the values which each cluster would
 /// give if the other coefficients were held at the common fit. Clusters that hardly excite the
 /// coefficient do not count.
-pub fn dispersion(
+pub(crate) fn dispersion(
     jacobian: &DMatrix<f64>,
     residuals: &[f64],
     weights: &[f64],

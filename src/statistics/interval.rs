@@ -14,7 +14,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// An interval that may have no ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Interval {
+pub(crate) enum Interval {
     /// All values between.
     Bounded {
         /// Lower end.
@@ -28,7 +28,7 @@ pub enum Interval {
 
 impl Interval {
     /// Whether `value` is in it.
-    pub fn contains(self, value: f64) -> bool {
+    pub(crate) fn contains(self, value: f64) -> bool {
         match self {
             Interval::Bounded { low, high } => (low..=high).contains(&value),
             Interval::Unbounded => true,
@@ -36,7 +36,7 @@ impl Interval {
     }
 
     /// The ends, if it has any.
-    pub fn ends(self) -> Option<(f64, f64)> {
+    pub(crate) fn ends(self) -> Option<(f64, f64)> {
         match self {
             Interval::Bounded { low, high } => Some((low, high)),
             Interval::Unbounded => None,
@@ -51,7 +51,7 @@ pub fn t95(dof: f64) -> f64 {
 
 /// Quantile of Student's t; the normal's above a million degrees of freedom, infinite
 /// (nothing is excluded) where `dof` is not positive.
-pub fn t_quantile(probability: f64, dof: f64) -> f64 {
+pub(crate) fn t_quantile(probability: f64, dof: f64) -> f64 {
     if dof > 1e6 {
         return Normal::standard().inverse_cdf(probability);
     }
@@ -62,7 +62,7 @@ pub fn t_quantile(probability: f64, dof: f64) -> f64 {
 }
 
 /// 95 % interval of an estimate with standard error `se`.
-pub fn delta(estimate: f64, se: f64, dof: f64) -> Interval {
+pub(crate) fn delta(estimate: f64, se: f64, dof: f64) -> Interval {
     let half = t95(dof) * se;
     if half.is_finite() && estimate.is_finite() {
         Interval::Bounded { low: estimate - half, high: estimate + half }
@@ -75,12 +75,12 @@ pub fn delta(estimate: f64, se: f64, dof: f64) -> Interval {
 ///
 /// `covariance` is `[V_aa, V_ab, V_bb]`. Unbounded where the denominator is not different
 /// from zero at this confidence.
-pub fn ratio(numerator: f64, denominator: f64, covariance: [f64; 3], dof: f64) -> Interval {
+pub(crate) fn ratio(numerator: f64, denominator: f64, covariance: [f64; 3], dof: f64) -> Interval {
     ratio_at(numerator, denominator, covariance, t95(dof))
 }
 
 /// As [`ratio`], `t` standard errors wide.
-pub fn ratio_at(numerator: f64, denominator: f64, covariance: [f64; 3], t: f64) -> Interval {
+pub(crate) fn ratio_at(numerator: f64, denominator: f64, covariance: [f64; 3], t: f64) -> Interval {
     let [v_aa, v_ab, v_bb] = covariance;
     // A q² - 2 B q + C <= 0
     let a = denominator * denominator - t * t * v_bb;
@@ -96,7 +96,7 @@ pub fn ratio_at(numerator: f64, denominator: f64, covariance: [f64; 3], t: f64) 
 
 /// Standard error of a ratio by the delta method, for where the denominator is well away from
 /// zero.
-pub fn ratio_se(numerator: f64, denominator: f64, covariance: [f64; 3]) -> f64 {
+pub(crate) fn ratio_se(numerator: f64, denominator: f64, covariance: [f64; 3]) -> f64 {
     let [v_aa, v_ab, v_bb] = covariance;
     let q = numerator / denominator;
     let variance = v_aa - 2.0 * q * v_ab + q * q * v_bb;
@@ -104,13 +104,13 @@ pub fn ratio_se(numerator: f64, denominator: f64, covariance: [f64; 3]) -> f64 {
 }
 
 /// Independent standard errors together: root of the sum of squares.
-pub fn propagate(parts: &[f64]) -> f64 {
+pub(crate) fn propagate(parts: &[f64]) -> f64 {
     parts.iter().map(|s| s * s).sum::<f64>().sqrt()
 }
 
 /// Degrees of freedom of a sum of independent variances by Welch and Satterthwaite; `parts`
 /// are `(standard error, degrees of freedom)`, infinite for what is known from outside.
-pub fn combined_dof(parts: &[(f64, f64)]) -> f64 {
+pub(crate) fn combined_dof(parts: &[(f64, f64)]) -> f64 {
     let total: f64 = parts.iter().map(|(s, _)| s * s).sum();
     let below: f64 = parts.iter().map(|(s, dof)| s.powi(4) / dof).sum();
     if below > 0.0 { total * total / below } else { f64::INFINITY }

@@ -17,25 +17,25 @@ use super::order::median;
 pub const TUNING: f64 = 4.685;
 
 /// Median of |z| of a standard normal, rounded as in MATLAB and R.
-pub const MAD_NORMAL: f64 = 0.6745;
+pub(crate) const MAD_NORMAL: f64 = 0.6745;
 
 /// Bisquare weight of a standardised residual.
 #[inline]
-pub fn weight(u: f64, tuning: f64) -> f64 {
+pub(crate) fn weight(u: f64, tuning: f64) -> f64 {
     let v = u / tuning;
     if v.abs() < 1.0 { (1.0 - v * v).powi(2) } else { 0.0 }
 }
 
 /// Derivative of the bisquare's psi at a standardised residual.
 #[inline]
-pub fn psi_derivative(u: f64, tuning: f64) -> f64 {
+pub(crate) fn psi_derivative(u: f64, tuning: f64) -> f64 {
     let v2 = (u / tuning).powi(2);
     if v2 < 1.0 { (1.0 - v2) * (1.0 - 5.0 * v2) } else { 0.0 }
 }
 
 /// Bisquare loss of a standardised residual; near zero it is u²/2.
 #[inline]
-pub fn rho(u: f64, tuning: f64) -> f64 {
+pub(crate) fn rho(u: f64, tuning: f64) -> f64 {
     if tuning.is_infinite() {
         return 0.5 * u * u;
     }
@@ -46,19 +46,19 @@ pub fn rho(u: f64, tuning: f64) -> f64 {
 
 /// Median absolute residual about zero over 0.6745: the residuals' standard deviation if they
 /// were normal. `scratch` is at least as long as `residuals`.
-pub fn mad(residuals: &[f64], scratch: &mut [f64]) -> f64 {
+pub(crate) fn mad(residuals: &[f64], scratch: &mut [f64]) -> f64 {
     mad_beyond(residuals, 0, scratch)
 }
 
 /// As [`mad`], without the `p - 1` smallest of the absolute residuals, which a fit of `p`
 /// coefficients can make zero at will (MATLAB `robustfit`, `madsigma`).
-pub fn mad_beyond(residuals: &[f64], p: usize, scratch: &mut [f64]) -> f64 {
+pub(crate) fn mad_beyond(residuals: &[f64], p: usize, scratch: &mut [f64]) -> f64 {
     mad_near(residuals, p, f64::NAN, scratch)
 }
 
 /// As [`mad_beyond`], the sooner the nearer `guess` is to the result: only what is between
 /// three quarters and four thirds of it is put in order. The result is the same.
-pub fn mad_near(residuals: &[f64], p: usize, guess: f64, scratch: &mut [f64]) -> f64 {
+pub(crate) fn mad_near(residuals: &[f64], p: usize, guess: f64, scratch: &mut [f64]) -> f64 {
     let n = residuals.len();
     let skip = if n > p { p.saturating_sub(1) } else { 0 };
     let rest = n - skip;
@@ -109,7 +109,7 @@ const TAU_CONSISTENT: f64 = 2.168_011_892;
 /// mean rho1(r / s) = max(rho1) / 2        s by fixed-point iteration from the MAD
 /// ```
 /// Source: Rousseeuw & Yohai (1984), Springer LNS 26.
-pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
+pub(crate) fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
     let n = residuals.len() as f64;
     let start = mad(residuals, scratch);
     if !(start > 0.0 && start.is_finite()) {
@@ -156,7 +156,7 @@ fn sum_of_rho(residuals: &[f64], scale: f64, tuning: f64) -> f64 {
 /// samples must not buy the loss of the few informative ones.
 ///
 /// Source: Yohai & Zamar (1988), JASA 83.
-pub fn tau_scale(residuals: &[f64], floor: f64, scratch: &mut [f64]) -> f64 {
+pub(crate) fn tau_scale(residuals: &[f64], floor: f64, scratch: &mut [f64]) -> f64 {
     let s = s_scale(residuals, scratch).max(floor);
     if !(s > 0.0 && s.is_finite()) {
         return s;
@@ -170,7 +170,7 @@ pub fn tau_scale(residuals: &[f64], floor: f64, scratch: &mut [f64]) -> f64 {
 /// of all pairwise distances, made unbiased for small samples. `None` below two values.
 ///
 /// Source: Rousseeuw & Croux (1993), JASA 88; factors: Croux & Rousseeuw (1992), COMPSTAT 1.
-pub fn robust_spread(values: &[f64]) -> Option<f64> {
+pub(crate) fn robust_spread(values: &[f64]) -> Option<f64> {
     const SMALL: [f64; 8] = [0.399, 0.994, 0.512, 0.844, 0.611, 0.857, 0.669, 0.872];
     let n = values.len();
     if n < 2 {

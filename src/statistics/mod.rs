@@ -3,16 +3,16 @@
 //!
 //! Ground floor: imports nothing of the other rooms.
 
-pub mod bisquare;
-pub mod bounds;
-pub mod cluster_covariance;
-pub mod clustered_fit;
-pub mod interval;
-pub mod loss;
-pub mod nonlinear;
-pub mod order;
-pub mod random;
-pub mod runs;
-pub mod search;
-pub mod smooth;
-pub mod start;
+pub(crate) mod bisquare;
+pub(crate) mod bounds;
+pub(crate) mod cluster_covariance;
+pub(crate) mod clustered_fit;
+pub(crate) mod interval;
+pub(crate) mod loss;
+pub(crate) mod nonlinear;
+pub(crate) mod order;
+pub(crate) mod random;
+pub(crate) mod runs;
+pub(crate) mod search;
+pub(crate) mod smooth;
+pub(crate) mod start;

@@ -27,7 +27,7 @@ use super::bounds::Bounds;
 use super::loss::{TUNING, mad, psi_derivative, tau_scale, weight};
 
 /// Samples that take part in the search for a start.
-pub const SEARCH_ROWS: usize = 300;
+pub(crate) const SEARCH_ROWS: usize = 300;
 
 /// What is fitted.
 pub trait Model {

@@ -5,10 +5,10 @@
 //! values have no median: `None`, never a number.
 
 /// Standard deviation of a normal distribution over its median absolute deviation.
-pub const SD_PER_MAD: f64 = 1.4826;
+pub(crate) const SD_PER_MAD: f64 = 1.4826;
 
 /// The finite ones of the values.
-pub fn finite(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+pub(crate) fn finite(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     values.into_iter().filter(|v| v.is_finite()).collect()
 }
 
@@ -29,13 +29,13 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 
 /// [`median`] of values that stay as they are; 0 where there are none, for sizes and offsets of
 /// which no evidence means none.
-pub fn median_or_zero(values: &[f64]) -> f64 {
+pub(crate) fn median_or_zero(values: &[f64]) -> f64 {
     median(&mut values.to_vec()).unwrap_or(0.0)
 }
 
 /// As [`median`], but of an even number of values the upper one of the two in the middle: always one
 /// of the values. Reorders the values.
-pub fn upper_median(values: &mut [f64]) -> Option<f64> {
+pub(crate) fn upper_median(values: &mut [f64]) -> Option<f64> {
     let rank = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
@@ -77,14 +77,14 @@ fn select(mut values: Vec<f64>, rank: usize) -> Option<f64> {
 
 /// The value whose rank is nearest to a share (0 to 1) of the largest rank: always one of the
 /// values. Reorders the values.
-pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
+pub(crate) fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let rank = (values.len().saturating_sub(1) as f64 * share).round() as usize;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
 /// The quantile at a share (0 to 1), linear between ranks (Hyndman & Fan's type 7, the default of R
 /// and NumPy). Sorts the values.
-pub fn quantile_linear(values: &mut [f64], share: f64) -> Option<f64> {
+pub(crate) fn quantile_linear(values: &mut [f64], share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
     values.sort_unstable_by(f64::total_cmp);
     let rank = share * last as f64;
@@ -95,14 +95,14 @@ pub fn quantile_linear(values: &mut [f64], share: f64) -> Option<f64> {
 
 /// [`median`] and a robust standard deviation about it: the median absolute deviation times
 /// [`SD_PER_MAD`], 0 of a single value. Reorders the values.
-pub fn median_and_spread(values: &mut [f64]) -> Option<(f64, f64)> {
+pub(crate) fn median_and_spread(values: &mut [f64]) -> Option<(f64, f64)> {
     let centre = median(values)?;
     Some((centre, spread_about(values, centre)))
 }
 
 /// Robust standard deviation about a centre: the median absolute deviation from it times
 /// [`SD_PER_MAD`]; 0 where there are no values.
-pub fn spread_about(values: &[f64], centre: f64) -> f64 {
+pub(crate) fn spread_about(values: &[f64], centre: f64) -> f64 {
     let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
     median(&mut deviations).map_or(0.0, |mad| SD_PER_MAD * mad)
 }

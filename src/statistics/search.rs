@@ -23,7 +23,12 @@ impl<F: Fn(f64) -> f64> CostFunction for Cost<F> {
 ///
 /// Golden sections and parabolas; where `f` has several valleys it finds one of them. `None`
 /// for an empty or infinite interval.
-pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<(f64, f64)> {
+pub(crate) fn minimum(
+    f: impl Fn(f64) -> f64,
+    low: f64,
+    high: f64,
+    tolerance: f64,
+) -> Option<(f64, f64)> {
     if !(low < high && (high - low).is_finite()) {
         return None;
     }
@@ -35,7 +40,7 @@ pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> O
 
 /// Where `f` crosses zero on `low..high`, to `tolerance` in x. `None` where its ends have the
 /// same sign or `f` is not finite.
-pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<f64> {
+pub(crate) fn root(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<f64> {
     let (at_low, at_high) = (f(low), f(high));
     if at_low == 0.0 {
         return Some(low);

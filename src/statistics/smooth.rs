@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::runs::runs;
 
 /// Window of the smoother, s.
-pub const WINDOW: f64 = 0.21;
+pub(crate) const WINDOW: f64 = 0.21;
 /// Samples that are smoothed together.
 const CHUNK: usize = 256;
 
@@ -56,7 +56,7 @@ fn weights(half: usize) -> Vec<f64> {
 
 /// Mean over a window (s), taken twice; towards the ends the window shrinks. For motions that are slower than
 /// the noise of their sensor; missing samples spread, so bridge them first.
-pub fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
+pub(crate) fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
     let half = (0.5 * window * rate) as usize;
     let mean = |x: &[f64]| -> Vec<f64> {
         let mut sums = Vec::with_capacity(x.len() + 1);
@@ -75,7 +75,7 @@ pub fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
 }
 
 /// Central differences; one-sided at the ends of a run.
-pub fn gradient(x: &[f64], rate: f64) -> Vec<f64> {
+pub(crate) fn gradient(x: &[f64], rate: f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; x.len()];
     for Range { start, end } in runs(x) {
         if end - start < 2 {

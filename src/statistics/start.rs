@@ -27,7 +27,11 @@ const KEEP: usize = 3;
 ///
 /// `x` are the columns, `root_weight` scales each sample (1 where there is none); all as long
 /// as `y`, and finite.
-pub fn coefficients(x: &[&[f64]], y: &[f64], root_weight: Option<&[f64]>) -> Option<Vec<f64>> {
+pub(crate) fn coefficients(
+    x: &[&[f64]],
+    y: &[f64],
+    root_weight: Option<&[f64]>,
+) -> Option<Vec<f64>> {
     let (n, p) = (y.len(), x.len());
     let mut rng = Pcg64::seed_from_u64(0x5eed_b159);
     let rows: Vec<usize> = if n <= MAX_ROWS {

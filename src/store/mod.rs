@@ -1,4 +1,4 @@
 //! Where bytes and rows lie: files and objects, and the tables in them.
 
-pub mod objects;
-pub mod tables;
+pub(crate) mod objects;
+pub(crate) mod tables;

@@ -2,13 +2,13 @@
 
 /// Height of the mass centre above the axles, m: by it times the dive (rad) the mass centre moves ahead of
 /// its place over the wheels.
-pub fn above_axles(cg_height: f64, radius: [f64; 2]) -> f64 {
+pub(crate) fn above_axles(cg_height: f64, radius: [f64; 2]) -> f64 {
     (cg_height - 0.5 * (radius[0] + radius[1])).max(0.0)
 }
 
 /// Pitch inertia of a motorcycle with rider about its mass centre over its mass, m², and what it is uncertain
 /// by: assumed, no source was looked up; no ride looked at so far tells it.
-pub const PITCH_GYRATION: [f64; 2] = [0.2, 0.05];
+pub(crate) const PITCH_GYRATION: [f64; 2] = [0.2, 0.05];
 
 /// Share of a turn about the rear contact by which the front goes down in a dive, the rear coming up with
 /// the rest.
@@ -21,7 +21,7 @@ const REAR_SHARE: f64 = 0.7;
 /// it, the front also along its rake (a telescopic fork at the caster angle, rad). `wheelbase` in m.
 ///
 /// An independent plant's are 0.81 and 0.21 m where this gives 0.79 and 0.21 m.
-pub fn contact_arms(
+pub(crate) fn contact_arms(
     cg_height: f64,
     radius: [f64; 2],
     wheelbase: f64,

@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 /// A key that a model needs and a file lacks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("missing key `{0}`")]
-pub struct Missing(pub String);
+pub(crate) struct Missing(pub String);
 
 /// The keys of a property file, upper case; numbers in SI.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Keys {
+pub(crate) struct Keys {
     pub(super) numbers: BTreeMap<String, f64>,
     pub(super) texts: BTreeMap<String, String>,
 }
 
 impl Keys {
     /// Of numbers alone.
-    pub fn of(numbers: &[(&str, f64)]) -> Self {
+    pub(crate) fn of(numbers: &[(&str, f64)]) -> Self {
         let numbers = numbers.iter().map(|(key, x)| ((*key).to_owned(), *x)).collect();
         Keys { numbers, texts: BTreeMap::new() }
     }
@@ -25,22 +25,22 @@ impl Keys {
     ///
     /// # Errors
     /// The file does not have it.
-    pub fn number(&self, key: &str) -> Result<f64, Missing> {
+    pub(crate) fn number(&self, key: &str) -> Result<f64, Missing> {
         self.numbers.get(key).copied().ok_or_else(|| Missing(key.to_owned()))
     }
 
     /// A number, or a default.
-    pub fn or(&self, key: &str, default: f64) -> f64 {
+    pub(crate) fn or(&self, key: &str, default: f64) -> f64 {
         self.numbers.get(key).copied().unwrap_or(default)
     }
 
     /// A text.
-    pub fn text(&self, key: &str) -> Option<&str> {
+    pub(crate) fn text(&self, key: &str) -> Option<&str> {
         self.texts.get(key).map(String::as_str)
     }
 
     /// All numbers by key.
-    pub fn numbers(&self) -> &BTreeMap<String, f64> {
+    pub(crate) fn numbers(&self) -> &BTreeMap<String, f64> {
         &self.numbers
     }
 }

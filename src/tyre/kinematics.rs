@@ -10,7 +10,7 @@ use crate::GRAVITY;
 const SLOW: f64 = 4.0;
 
 /// Kinematic steering angle `Delta` on the road, rad, eq. 30.
-pub fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
+pub(crate) fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
     let sign = match formulation {
         Formulation::Corrected => 1.0,
         Formulation::Paper => -1.0,
@@ -22,7 +22,7 @@ pub fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulat
 }
 
 /// Camber of the front wheel, rad, eq. 31a.
-pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
+pub(crate) fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
     let sign = match formulation {
         Formulation::Corrected => -1.0,
         Formulation::Paper => 1.0,
@@ -32,7 +32,7 @@ pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation
 
 /// Distance of the mass centre from the ground along the plane of a leaned motorcycle, m. Its wheels stand on
 /// crowns of radius `crown` (m, loaded): the crown's centre stays at its height over the ground.
-pub fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
+pub(crate) fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
     cg_height + crown * (1.0 / cos_phi - 1.0)
 }
 
@@ -40,7 +40,7 @@ pub fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
 /// far beside it, m, and how fast it goes aside per roll rate, m. In a bend loads along the frame's plane grow by
 /// `1/cos(phi)`: springs that give by `sag` (m) at rest let the frame come down by `sag (1/cos(phi) - 1)`.
 #[inline(always)]
-pub fn below_mass_centre(
+pub(crate) fn below_mass_centre(
     cg_height: f64,
     crown: f64,
     sag: f64,
@@ -55,7 +55,7 @@ pub fn below_mass_centre(
 
 /// How fast the handlebar turns, rad/s, of a motorcycle that leans in at `roll_rate` (rad/s) at an even `speed` (m/s)
 /// and goes where it points: the rate of `delta = l r cos(phi) / (v cos(epsilon))`, `r = -g tan(phi) / v`.
-pub fn steering_rate(
+pub(crate) fn steering_rate(
     wheelbase: f64,
     cos_caster: f64,
     cos_phi: f64,
@@ -68,7 +68,7 @@ pub fn steering_rate(
 
 /// The front wheel's attitude with the functions of its angles that come for free.
 #[derive(Debug, Clone, Copy)]
-pub struct FrontWheel {
+pub(crate) struct FrontWheel {
     /// Sine and cosine of [`kinematic_steer`], times a length.
     pointing: (f64, f64),
     /// Both without it.
@@ -86,13 +86,13 @@ pub struct FrontWheel {
 impl FrontWheel {
     /// [`kinematic_steer`], rad: an arc tangent that few need.
     #[inline]
-    pub fn steer(&self) -> f64 {
+    pub(crate) fn steer(&self) -> f64 {
         self.pointing.0.atan2(self.pointing.1)
     }
 }
 
 /// [`kinematic_steer`] and [`front_camber`] at once; `phi` and `epsilon` as sine and cosine.
-pub fn front_wheel(
+pub(crate) fn front_wheel(
     delta: f64,
     phi: (f64, f64),
     epsilon: (f64, f64),

@@ -6,7 +6,7 @@ use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// Side force `-(C_alpha alpha + C_gamma gamma)` whatever the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linear {
+pub(crate) struct Linear {
     /// N/rad.
     pub cornering_stiffness: f64,
     /// N/rad.
@@ -24,7 +24,7 @@ impl Linear {
     ///
     /// # Errors
     /// Names the first key that is missing.
-    pub fn from_keys(keys: &Keys) -> Result<Self, Missing> {
+    pub(crate) fn from_keys(keys: &Keys) -> Result<Self, Missing> {
         Ok(Linear {
             cornering_stiffness: keys.number("CORNERING_STIFFNESS")?,
             camber_stiffness: keys.number("CAMBER_STIFFNESS")?,

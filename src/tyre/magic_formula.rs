@@ -36,7 +36,7 @@ pub struct Point {
 }
 
 /// The slip ratio of braking, `kappa`, of a normalised slip `sigma = kappa / (1 - kappa)` as in eq. 3.
-pub fn slip_ratio(sigma: f64) -> f64 {
+pub(crate) fn slip_ratio(sigma: f64) -> f64 {
     sigma / (1.0 + sigma)
 }
 

@@ -16,12 +16,12 @@ use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// Coefficients of one letter and direction; index 0 is the source's 1. Absent ones are zero.
-pub type List<const M: usize> = [f64; M];
+pub(crate) type List<const M: usize> = [f64; M];
 
 /// One tyre at one inflation pressure.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // the source's names
-pub struct Mf62 {
+pub(crate) struct Mf62 {
     pub Fz0: f64,
     pub R0: f64,
     pub V0: f64,
@@ -107,7 +107,7 @@ impl Mf62 {
     ///
     /// # Errors
     /// Names the first key that is missing; shape coefficients that are absent are zero.
-    pub fn from_keys(keys: &Keys) -> Result<Self, Missing> {
+    pub(crate) fn from_keys(keys: &Keys) -> Result<Self, Missing> {
         fn list<const M: usize>(keys: &Keys, stem: &str) -> List<M> {
             std::array::from_fn(|i| keys.or(&format!("{stem}{}", i + 1), 0.0))
         }
@@ -187,7 +187,7 @@ impl Mf62 {
     }
 
     /// Longitudinal force alone, N: what `forces` gives.
-    pub fn force_x(&self, input: &Input) -> f64 {
+    pub(crate) fn force_x(&self, input: &Input) -> f64 {
         match self.slips(input) {
             Some(at) => self.longitudinal(&at, self.Kxk(at.Fz)),
             None => 0.0,
@@ -195,7 +195,7 @@ impl Mf62 {
     }
 
     /// Side force alone, N: what `forces` gives.
-    pub fn force_y(&self, input: &Input) -> f64 {
+    pub(crate) fn force_y(&self, input: &Input) -> f64 {
         self.slips(input).map_or(0.0, |at| self.side(&at).0)
     }
 
@@ -323,7 +323,7 @@ impl Mf62 {
     }
 
     /// Slip stiffness, N (4.E15).
-    pub fn Kxk(&self, Fz: f64) -> f64 {
+    pub(crate) fn Kxk(&self, Fz: f64) -> f64 {
         let dfz = self.dfz(Fz);
         Fz * (self.pKx[0] + self.pKx[1] * dfz)
             * (self.pKx[2] * dfz).exp()
@@ -332,7 +332,7 @@ impl Mf62 {
     }
 
     /// Cornering stiffness, N/rad, negative (4.E25); `g` is the sine of the camber.
-    pub fn Kya(&self, Fz: f64, g: f64) -> f64 {
+    pub(crate) fn Kya(&self, Fz: f64, g: f64) -> f64 {
         let k = &self.pKy;
         let load = Fz / self.Fz0 / ((k[1] + k[4] * g * g) * (1.0 + self.ppy[1] * self.dpi));
         k[0] * self.Fz0
@@ -343,7 +343,7 @@ impl Mf62 {
     }
 
     /// Camber stiffness, N/rad, negative (4.E30).
-    pub fn Kyg(&self, Fz: f64) -> f64 {
+    pub(crate) fn Kyg(&self, Fz: f64) -> f64 {
         Fz * (self.pKy[5] + self.pKy[6] * self.dfz(Fz))
             * (1.0 + self.ppy[4] * self.dpi)
             * self.scale.kyc

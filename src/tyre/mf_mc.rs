@@ -22,7 +22,7 @@ use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 /// One tyre; names as in the source (lower case), SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // the source's names
-pub struct MfMc {
+pub(crate) struct MfMc {
     pub Fz0: f64,
     pub R0: f64,
     pub carcass: Carcass,
@@ -82,7 +82,7 @@ impl MfMc {
     ///
     /// # Errors
     /// Names the first key that is missing.
-    pub fn from_keys(keys: &Keys) -> Result<Self, Missing> {
+    pub(crate) fn from_keys(keys: &Keys) -> Result<Self, Missing> {
         let k = |name: &str| keys.number(name);
         let list = |names: &str| names.split(' ').map(k).collect::<Result<Vec<f64>, _>>();
         fn fixed<const M: usize>(list: Vec<f64>) -> [f64; M] {
@@ -144,31 +144,31 @@ impl MfMc {
     }
 
     /// Cornering stiffness, N/rad.
-    pub fn Kya(&self, Fz: f64, g: f64) -> f64 {
+    pub(crate) fn Kya(&self, Fz: f64, g: f64) -> f64 {
         let [p1, p2, p3, p4, p5, ..] = self.pKy;
         p1 * self.Fz0 * (p2 * (Fz / ((p3 + p4 * g * g) * self.Fz0)).atan()).sin()
             / (1.0 + p5 * g * g)
     }
 
     /// Camber stiffness, N/rad.
-    pub fn Kyg(&self, Fz: f64) -> f64 {
+    pub(crate) fn Kyg(&self, Fz: f64) -> f64 {
         self.camber_scale * (self.pKy[5] + self.pKy[6] * self.dfz(Fz)) * Fz
     }
 
     /// Slip stiffness, N.
-    pub fn Kxk(&self, Fz: f64) -> f64 {
+    pub(crate) fn Kxk(&self, Fz: f64) -> f64 {
         let dfz = self.dfz(Fz);
         Fz * (self.pKx[0] + self.pKx[1] * dfz) * (self.pKx[2] * dfz).exp()
     }
 
     /// Longitudinal force alone, N: what `forces` gives.
-    pub fn force_x(&self, input: &Input) -> f64 {
+    pub(crate) fn force_x(&self, input: &Input) -> f64 {
         let Input { slip_ratio, slip_angle, load, friction, .. } = *input;
         if load <= 0.0 { 0.0 } else { self.along(slip_ratio, slip_angle, load, friction) }
     }
 
     /// Side force alone, N: what `forces` gives.
-    pub fn force_y(&self, input: &Input) -> f64 {
+    pub(crate) fn force_y(&self, input: &Input) -> f64 {
         let Input { slip_ratio, slip_angle, camber, load, friction } = *input;
         if load <= 0.0 {
             return 0.0;

@@ -1,23 +1,23 @@
 //! Tyre models: the paper's, and those of simulators behind one trait
 //! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
-pub mod custom;
-pub mod dive;
-pub mod formulation;
-pub mod keys;
-pub mod kinematics;
-pub mod linear;
-pub mod magic_formula;
-pub mod mf_62;
+pub(crate) mod custom;
+pub(crate) mod dive;
+pub(crate) mod formulation;
+pub(crate) mod keys;
+pub(crate) mod kinematics;
+pub(crate) mod linear;
+pub(crate) mod magic_formula;
+pub(crate) mod mf_62;
 mod mf_62_scale;
-pub mod mf_mc;
-pub mod offroad;
-pub mod pair;
-pub mod published;
-pub mod tir;
-pub mod tydex;
-pub mod tyre;
-pub mod tyre_model;
+pub(crate) mod mf_mc;
+pub(crate) mod offroad;
+pub(crate) mod pair;
+pub(crate) mod published;
+pub(crate) mod tir;
+pub(crate) mod tydex;
+pub(crate) mod tyre;
+pub(crate) mod tyre_model;
 
-pub use magic_formula::MagicFormula;
-pub use tyre::{Stiffness, Tyre};
+pub(crate) use magic_formula::MagicFormula;
+pub(crate) use tyre::{Stiffness, Tyre};

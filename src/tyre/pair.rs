@@ -5,7 +5,7 @@
 /// What [`array::map`] does, but compiled where it is used: without link-time optimisation between units, as in
 /// development builds, that one is a call for every sample.
 #[inline(always)]
-pub fn both<T>(mut of: impl FnMut(usize) -> T) -> [T; 2] {
+pub(crate) fn both<T>(mut of: impl FnMut(usize) -> T) -> [T; 2] {
     let front = of(0);
     [front, of(1)]
 }

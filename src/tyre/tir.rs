@@ -125,7 +125,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Box<dyn TyreModel>, Error> {
 ///
 /// # Errors
 /// Names the line.
-pub fn keys(text: &str, path: &Path) -> Result<Keys, Error> {
+pub(crate) fn keys(text: &str, path: &Path) -> Result<Keys, Error> {
     let mut keys = Keys::default();
     let mut section = String::new();
     for (number, line) in text.lines().enumerate() {

@@ -155,7 +155,7 @@ fn sign(x: f64) -> f64 {
 }
 
 /// A [`lateral_peak`](Tyre::lateral_peak) that limits nothing; a number, so that tyre files can hold it.
-pub const NO_LIMIT: f64 = 1e9;
+pub(crate) const NO_LIMIT: f64 = 1e9;
 
 impl Tyre {
     /// Pneumatic trail at vanishing slip, m, eq. 12.
@@ -268,7 +268,7 @@ pub fn slip_stiffness_under(per_load: f64, extra_load: f64) -> f64 {
 /// Pneumatic trail at vanishing slip, m, eq. 12: a third of the half contact length.
 ///
 /// The unloaded radius of (12b) is the rolling radius plus a third of the deflection.
-pub fn trail_0(R_rol: f64, K_z: f64, Fz: f64) -> f64 {
+pub(crate) fn trail_0(R_rol: f64, K_z: f64, Fz: f64) -> f64 {
     let deflection = (Fz / K_z).max(0.0);
     let R_unl = R_rol + deflection / 3.0;
     let R_loa = R_unl - deflection; // (12b)

@@ -45,7 +45,7 @@ impl Carcass {
 }
 
 /// Share of the deflection that tyres usually roll shorter by (Pacejka 2012, sec. 1.2: about a third).
-pub const USUAL_SHARE: f64 = 1.0 / 3.0;
+pub(crate) const USUAL_SHARE: f64 = 1.0 / 3.0;
 
 /// Where a tyre's forces act and its moments are taken about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,6 +97,6 @@ impl Clone for Box<dyn TyreModel> {
 
 /// How far ahead of its axle the load of a rolling wheel acts, m: its moment about the axle is that of the rolling
 /// resistance (a coefficient), which the road's pull at the radius (m) overcomes.
-pub fn load_lead(rolling_resistance: f64, radius: f64) -> f64 {
+pub(crate) fn load_lead(rolling_resistance: f64, radius: f64) -> f64 {
     rolling_resistance * radius
 }

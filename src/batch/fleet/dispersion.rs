@@ -10,7 +10,7 @@ const ALL_PAIRS: usize = 1500;
 const DRIFT_FROM: usize = 3;
 
 /// Robust standard deviation, `1.4826 * median |x - median|`; nothing of a single value.
-pub fn robust_sd(values: &[f64], median: f64) -> Option<f64> {
+pub(crate) fn robust_sd(values: &[f64], median: f64) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }
@@ -19,7 +19,7 @@ pub fn robust_sd(values: &[f64], median: f64) -> Option<f64> {
 }
 
 /// Root mean square.
-pub fn root_mean_square(values: &[f64]) -> Option<f64> {
+pub(crate) fn root_mean_square(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
@@ -35,7 +35,7 @@ pub fn root_mean_square(values: &[f64]) -> Option<f64> {
 /// ```
 ///
 /// `errors` are positive and as many as `values`. Nothing of fewer than two.
-pub fn between_sd(values: &[f64], errors: &[f64]) -> Option<f64> {
+pub(crate) fn between_sd(values: &[f64], errors: &[f64]) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }
@@ -52,7 +52,7 @@ pub fn between_sd(values: &[f64], errors: &[f64]) -> Option<f64> {
 ///
 /// Of very many points only the pairs half the range apart take part (Theil's incomplete
 /// method). Nothing of fewer than three points, or where all times are the same.
-pub fn theil_sen(times: &[f64], values: &[f64]) -> Option<f64> {
+pub(crate) fn theil_sen(times: &[f64], values: &[f64]) -> Option<f64> {
     if times.len() < DRIFT_FROM {
         return None;
     }

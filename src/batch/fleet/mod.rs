@@ -1,9 +1,9 @@
 //! The tables over all sessions: how coefficients spread, what changed, what all rides say of a tyre.
 
 #[cfg(feature = "fleet")]
-pub mod dispersion;
-pub mod rows;
+pub(crate) mod dispersion;
+pub(crate) mod rows;
 #[cfg(feature = "fleet")]
-pub mod tables;
+pub(crate) mod tables;
 #[cfg(feature = "fleet")]
-pub mod tyres;
+pub(crate) mod tyres;

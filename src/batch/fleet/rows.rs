@@ -12,11 +12,11 @@ use crate::fleet::threshold::FALSE_ALARMS;
 use crate::store::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, Status};
 
 /// Unit by tyre and coefficient.
-pub type Units = BTreeMap<(String, String), String>;
+pub(crate) type Units = BTreeMap<(String, String), String>;
 
 /// What a session's own row of `coefficients` says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Own {
+pub(crate) struct Own {
     /// Estimate.
     pub value: f64,
     /// Its standard error.
@@ -26,10 +26,10 @@ pub struct Own {
 }
 
 /// Rows by bike, session, tyre and coefficient.
-pub type Owns = BTreeMap<[String; 4], Own>;
+pub(crate) type Owns = BTreeMap<[String; 4], Own>;
 
 /// What the analysis adds to each row of `fleet`.
-pub fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
+pub(crate) fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
     for row in rows {
         let Some(bike) = bikes.iter().find(|b| b.bike == row.bike_id) else { continue };
         let key = |k: &(String, String)| k.0 == row.tyre && k.1 == row.coefficient;
@@ -54,7 +54,7 @@ pub fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
 ///
 /// What no other session has a part in keeps the interval of its own row: of few manoeuvres it is wider than 1.96 standard
 /// errors.
-pub fn pooled_rows(bike: &BikeAnalysis, units: &Units, owns: &Owns) -> Vec<PooledRow> {
+pub(crate) fn pooled_rows(bike: &BikeAnalysis, units: &Units, owns: &Owns) -> Vec<PooledRow> {
     let history = &bike.history;
     let mut rows = Vec::new();
     for (c, key) in history.keys.iter().enumerate() {
@@ -93,7 +93,7 @@ pub fn pooled_rows(bike: &BikeAnalysis, units: &Units, owns: &Owns) -> Vec<Poole
 }
 
 /// The rows of `fleet_events`.
-pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
+pub(crate) fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
     let history = &bike.history;
     let row = |event: &Event| {
         let sessions = event.sessions();
@@ -124,7 +124,7 @@ pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
 }
 
 /// The rows of `fleet_ratios`.
-pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
+pub(crate) fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
     let name = |i: Option<&usize>| i.map(|i| bike.history.sessions[*i].clone()).unwrap_or_default();
     let known = |x: f64| x.is_finite().then_some(x);
     let row = |r: &Ratio| {

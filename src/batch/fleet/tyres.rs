@@ -31,7 +31,7 @@ const DOUBTED: f64 = 1.0;
 ///
 /// # Errors
 /// A table `evidence` cannot be read.
-pub fn rows(
+pub(crate) fn rows(
     out: &Path,
     there: &Contents,
     bikes: &[BikeAnalysis],

@@ -85,7 +85,7 @@ pub fn hash_settings(pipeline: &Pipeline, own: &str) -> Result<Vec<u8>, Error> {
 
 /// A folder of bike files.
 #[derive(Debug)]
-pub struct BikeFiles<'a> {
+pub(crate) struct BikeFiles<'a> {
     folder: &'a Location,
     settings: Vec<u8>,
     /// By bike id.
@@ -97,7 +97,7 @@ impl<'a> BikeFiles<'a> {
     ///
     /// # Errors
     /// The folder cannot be read or holds no bike file.
-    pub fn new(folder: &'a Location, settings: Vec<u8>) -> Result<Self, Error> {
+    pub(crate) fn new(folder: &'a Location, settings: Vec<u8>) -> Result<Self, Error> {
         let fail = |why: String| Error::Usage(format!("--bikes {folder}: {why}"));
         let names: Vec<String> = match folder.as_path() {
             None => {
@@ -132,7 +132,7 @@ impl<'a> BikeFiles<'a> {
     ///
     /// # Errors
     /// There is no such file, or it is not what it should be.
-    pub fn get(&mut self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
+    pub(crate) fn get(&mut self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
         if let Some(known) = self.read.get(bike_id) {
             return known.clone();
         }

@@ -21,7 +21,7 @@ use super::bikes::BikeFile;
 use super::diagnose::DiagnoseWork;
 use super::run::RunWork;
 use super::session::{self, Ended};
-pub use super::what::What;
+pub(crate) use super::what::What;
 use super::work::Work;
 use crate::batch::discover::inputs;
 use crate::batch::error::Error;

@@ -1,13 +1,13 @@
 //! What is done with each log: a tyre's coefficients ([`run`]), or causes of misfit ([`diagnose`]); here,
 //! over many machines ([`distributed`]), or without files ([`in_memory`]).
 
-pub mod bikes;
-pub mod diagnose;
-pub mod distributed;
-pub mod in_memory;
-pub mod models;
-pub mod pooled;
-pub mod run;
-pub mod session;
-pub mod what;
-pub mod work;
+pub(crate) mod bikes;
+pub(crate) mod diagnose;
+pub(crate) mod distributed;
+pub(crate) mod in_memory;
+pub(crate) mod models;
+pub(crate) mod pooled;
+pub(crate) mod run;
+pub(crate) mod session;
+pub(crate) mod what;
+pub(crate) mod work;

@@ -16,7 +16,7 @@ use crate::store::tables::{file, read};
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written.
-pub fn write(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
+pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
     let causes = causes(copy.folder())?;
     let effects = PooledEffects { pooled: causes.iter().filter_map(|c| c.effect()).collect() };
     let rows: Vec<CauseRow> = causes.into_iter().map(|cause| cause.row).collect();

@@ -72,7 +72,7 @@ pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
 }
 
 /// The tables keep the id as it is; whoever looks for the file has to know it is named otherwise.
-pub fn note_unsafe_id(outcome: &mut Outcome) {
+pub(crate) fn note_unsafe_id(outcome: &mut Outcome) {
     let id = &outcome.session.ident.session_id;
     if is_plain(id) {
         return;

@@ -22,7 +22,7 @@ use crate::store::tables::rows::{Ident, Rejected};
 
 /// What became of a log.
 #[derive(Debug)]
-pub enum Ended<R> {
+pub(crate) enum Ended<R> {
     /// Computed and written.
     Done {
         /// Hash of the log's bytes.
@@ -42,7 +42,7 @@ pub enum Ended<R> {
 ///
 /// # Errors
 /// The output cannot be written; all else is in [`Ended`].
-pub fn run<W: Work>(
+pub(crate) fn run<W: Work>(
     job: &Job,
     settings: &Settings<'_>,
     store: &Store,
@@ -194,7 +194,7 @@ fn refuse<R>(
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
+pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
     let hash = job.hash.clone().or_else(|| hash_file(&job.location).ok());
     let why = plan::same_session(&job.key(), holder);
     let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, hash);
@@ -207,7 +207,7 @@ pub fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error>
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
+pub(crate) fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
     if blame::is_the_logs(&row.code)
         && let Some(key) = store.session_of(row, start)

@@ -98,7 +98,7 @@ pub struct SessionFile {
 ///
 /// # Errors
 /// Parquet cannot hold one: our own mistake.
-pub fn encoded(
+pub(crate) fn encoded(
     tables: &[(&'static TableSpec, RecordBatch)],
 ) -> Result<Vec<SessionFile>, file::Error> {
     let file = |(spec, batch): &(&'static TableSpec, RecordBatch)| {

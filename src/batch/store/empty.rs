@@ -24,12 +24,12 @@ fn files(kind: &Kind) -> impl Iterator<Item = (&'static TableSpec, String)> {
 }
 
 /// Whether it is such a file: it has nothing to lose, and the next run writes it again.
-pub fn is_one(path: &str) -> bool {
+pub(crate) fn is_one(path: &str) -> bool {
     path.ends_with(&format!("/{NOBODY}/empty.parquet"))
 }
 
 /// Whether one of them is not there; `has` says of each.
-pub fn lacks(kind: &Kind, has: impl Fn(&str) -> bool) -> bool {
+pub(crate) fn lacks(kind: &Kind, has: impl Fn(&str) -> bool) -> bool {
     files(kind).any(|(_, path)| !has(&path))
 }
 
@@ -37,7 +37,7 @@ pub fn lacks(kind: &Kind, has: impl Fn(&str) -> bool) -> bool {
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn write(root: &Location, kind: &Kind) -> Result<(), Error> {
+pub(crate) fn write(root: &Location, kind: &Kind) -> Result<(), Error> {
     let before = Manifest::read(root);
     let mut list = before.clone();
     for (spec, path) in files(kind) {

@@ -5,13 +5,13 @@ use crate::store::tables::registry;
 use crate::store::tables::registry::{Command, Presence, TableSpec};
 
 /// Folder of the rows of `causes` that several sessions share, below the output.
-pub const SHARED: &str = "causes/bike=_pooled";
+pub(crate) const SHARED: &str = "causes/bike=_pooled";
 /// The file in it.
-pub const SHARED_TABLE: &str = "pooled.parquet";
+pub(crate) const SHARED_TABLE: &str = "pooled.parquet";
 /// What several sessions share, as a model for `run --model`, below the output.
-pub const SHARED_MODEL: &str = "models/pooled.toml";
+pub(crate) const SHARED_MODEL: &str = "models/pooled.toml";
 /// Where what several sessions share is, below the output.
-pub const SHARED_PLACES: [&str; 2] = [SHARED, SHARED_MODEL];
+pub(crate) const SHARED_PLACES: [&str; 2] = [SHARED, SHARED_MODEL];
 
 /// How an output keeps account of a command's sessions.
 #[derive(Debug)]

@@ -17,7 +17,7 @@ const MOMENT: &[u8] = b"for a moment";
 
 /// Held while a run writes.
 #[derive(Debug)]
-pub enum Lock {
+pub(crate) enum Lock {
     /// Of a folder.
     File(File),
     /// Of a prefix in an object store.
@@ -31,7 +31,7 @@ impl Lock {
     ///
     /// # Errors
     /// Another run has it, or it cannot be written.
-    pub fn take(root: &Location) -> Result<Lock, Error> {
+    pub(crate) fn take(root: &Location) -> Result<Lock, Error> {
         match root {
             Location::Remote(url) => prefix(url),
             Location::Local(path) => folder(path).map(Lock::File),
@@ -42,7 +42,7 @@ impl Lock {
     ///
     /// # Errors
     /// As [`Lock::take`].
-    pub fn take_over(root: &Location) -> Result<Lock, Error> {
+    pub(crate) fn take_over(root: &Location) -> Result<Lock, Error> {
         let lock = Lock::take(root)?;
         if let Lock::File(file) = &lock {
             let _ = (&*file).write_all(MOMENT); // without it that run is refused
@@ -54,7 +54,7 @@ impl Lock {
     ///
     /// # Errors
     /// It is not.
-    pub fn check(&self) -> std::io::Result<()> {
+    pub(crate) fn check(&self) -> std::io::Result<()> {
         match self {
             Lock::Lease(lease) => lease.check(),
             Lock::File(_) | Lock::None => Ok(()),

@@ -14,29 +14,29 @@ use crate::store::objects::Location;
 use crate::store::tables::file;
 
 /// Where it is, below the output.
-pub const PATH: &str = ".roadbench/checksums.json";
+pub(crate) const PATH: &str = ".roadbench/checksums.json";
 
 /// Checksums by path below the output, as hexadecimal digits.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     files: BTreeMap<String, String>,
     /// Whether the output has a list; one of an older roadbench has none.
     pub is_there: bool,
 }
 
 /// The checksum of a file's bytes.
-pub fn checksum(bytes: &[u8]) -> String {
+pub(crate) fn checksum(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
 impl Manifest {
     /// Of an output that has none.
-    pub fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Manifest { files: BTreeMap::new(), is_there: true }
     }
 
     /// Reads an output's list; one that cannot be read does not count.
-    pub fn read(root: &Location) -> Self {
+    pub(crate) fn read(root: &Location) -> Self {
         let bytes = root.join(PATH).read().ok();
         match bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             Some(files) => Manifest { files, is_there: true },
@@ -48,24 +48,24 @@ impl Manifest {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn write(&self, root: &Location) -> Result<(), Error> {
+    pub(crate) fn write(&self, root: &Location) -> Result<(), Error> {
         let text = serde_json::to_string_pretty(&self.files)
             .map_err(|e| Error::Internal(format!("checksums: {e}")))?;
         Ok(file::write_bytes(root.join(PATH), text.as_bytes())?)
     }
 
     /// Files and their checksums.
-    pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&str, &str)> {
         self.files.iter().map(|(path, sum)| (path.as_str(), sum.as_str()))
     }
 
     /// What a file should have.
-    pub fn of(&self, path: &str) -> Option<&str> {
+    pub(crate) fn of(&self, path: &str) -> Option<&str> {
         self.files.get(path).map(String::as_str)
     }
 
     /// Files on the list that are missing or not as they were written, of those that are `wanted`. All are read.
-    pub fn damaged(
+    pub(crate) fn damaged(
         &self,
         root: &Location,
         wanted: impl Fn(&str) -> bool + Sync,
@@ -78,14 +78,14 @@ impl Manifest {
     }
 
     /// Takes files off the list.
-    pub fn take_off<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
+    pub(crate) fn take_off<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         for path in paths {
             self.files.remove(path);
         }
     }
 
     /// Puts a file on the list.
-    pub fn put(&mut self, path: String, checksum: String) {
+    pub(crate) fn put(&mut self, path: String, checksum: String) {
         self.files.insert(path, checksum);
     }
 
@@ -93,7 +93,7 @@ impl Manifest {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn list_again(&mut self, folder: &Path, below: &[&str]) -> Result<(), Error> {
+    pub(crate) fn list_again(&mut self, folder: &Path, below: &[&str]) -> Result<(), Error> {
         for name in below {
             self.files.retain(|path, _| !is_below(path, name));
             let at = Location::Local(folder.join(name));
@@ -116,12 +116,12 @@ impl Manifest {
 }
 
 /// Whether a path is a file or folder of the output, or below it.
-pub fn is_below(path: &str, place: &str) -> bool {
+pub(crate) fn is_below(path: &str, place: &str) -> bool {
     path.strip_prefix(place).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
 /// A file's path below its output, as the list has it; `None` where it is elsewhere.
-pub fn below(root: &Location, at: &Location) -> Option<String> {
+pub(crate) fn below(root: &Location, at: &Location) -> Option<String> {
     match (root, at) {
         (Location::Local(root), Location::Local(at)) => {
             let parts = at.strip_prefix(root).ok()?.iter().map(|p| p.to_string_lossy());

@@ -18,9 +18,9 @@ use crate::store::tables::registry;
 use crate::store::tables::registry::TableSpec;
 
 /// What roadbench keeps for itself of an output.
-pub const FOLDER: &str = ".roadbench";
+pub(crate) const FOLDER: &str = ".roadbench";
 /// Where the mark is, below the output.
-pub const PATH: &str = ".roadbench/output.json";
+pub(crate) const PATH: &str = ".roadbench/output.json";
 
 /// The layout of outputs that this version writes.
 const FORMAT: u32 = 1;
@@ -77,7 +77,7 @@ fn check(root: &Location, bytes: &[u8]) -> Result<(), Error> {
 ///
 /// # Errors
 /// It is none, cannot be looked at, or a newer roadbench made it.
-pub fn require(root: &Location) -> Result<(), Error> {
+pub(crate) fn require(root: &Location) -> Result<(), Error> {
     match is_output(root)? {
         true => Ok(()),
         false => Err(Error::Usage(format!(
@@ -90,7 +90,7 @@ pub fn require(root: &Location) -> Result<(), Error> {
 ///
 /// # Errors
 /// Somebody else's files are where tables would go, a newer roadbench made it, or it cannot be written.
-pub fn claim(root: &Location) -> Result<(), Error> {
+pub(crate) fn claim(root: &Location) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::Output(format!("cannot read --out {root}: {e}"));
     if !is_output(root)? {
         for folder in registry::folders() {
@@ -115,7 +115,7 @@ pub fn claim(root: &Location) -> Result<(), Error> {
 }
 
 /// The table that a Parquet file says to be; none where it is no such file, or no output table.
-pub fn table_of(file: impl ChunkReader + 'static) -> Option<&'static TableSpec> {
+pub(crate) fn table_of(file: impl ChunkReader + 'static) -> Option<&'static TableSpec> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
     registry::find(builder.schema().metadata().get("roadbench.table")?)
 }

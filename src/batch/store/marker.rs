@@ -84,7 +84,7 @@ const START: &str = "start_time";
 
 /// The rows of a commit marker; `None` where it is no such file, or a row belongs elsewhere. There are tens of
 /// thousands: only what is needed is decoded.
-pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Committed>> {
+pub(crate) fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Committed>> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
     let names = COLUMNS.into_iter().chain([START]);
     let wanted = ProjectionMask::columns(builder.parquet_schema(), names);

@@ -48,14 +48,14 @@ type Rows = BTreeMap<&'static str, Vec<RecordBatch>>;
 type Come<'a> = (&'a str, Rows);
 
 /// Whether the output is still ours to write.
-pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
+pub(crate) type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 
 /// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until what
 /// is made over all sessions is there, too, and why a motorcycle's month could not be taken in: its sessions go on waiting.
 ///
 /// # Errors
 /// The output cannot be written: what waits goes on waiting.
-pub fn merge(
+pub(crate) fn merge(
     there: &Contents,
     check: Check<'_>,
 ) -> Result<(Option<Switching>, Option<Error>), Error> {

@@ -19,7 +19,7 @@ use crate::store::tables::{file, read, registry};
 ///
 /// # Errors
 /// A file cannot be read or removed; what is not moved yet stays as it was.
-pub fn migrate(there: &Contents) -> Result<bool, Error> {
+pub(crate) fn migrate(there: &Contents) -> Result<bool, Error> {
     let waiting: BTreeSet<&str> = there.staged().map(|(_, s)| s.session_id.as_str()).collect();
     let is_old = |row: &&Committed| row.is_old || !parts::is_part(&row.part);
     let old: Vec<&Committed> = there.taken_in().filter(is_old).collect();

@@ -7,15 +7,15 @@ use crate::contract::instant;
 use crate::store::tables::registry::{Presence, TableSpec};
 
 /// The part of sessions without a start time.
-pub const UNDATED: &str = "undated";
+pub(crate) const UNDATED: &str = "undated";
 
 /// The part of a session that began then.
-pub fn of(start: Option<&str>) -> String {
+pub(crate) fn of(start: Option<&str>) -> String {
     start.and_then(instant::month).unwrap_or_else(|| UNDATED.to_owned())
 }
 
 /// Whether a file of that name, without extension, has the sessions of a month; outputs of before had a file per session.
-pub fn is_part(name: &str) -> bool {
+pub(crate) fn is_part(name: &str) -> bool {
     let digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
     let month = |(year, month): (&str, &str)| {
         year.len() == 4 && month.len() == 2 && digits(year) && digits(month)
@@ -24,7 +24,7 @@ pub fn is_part(name: &str) -> bool {
 }
 
 /// Whether sessions share the files of a table.
-pub fn shares(spec: &TableSpec) -> bool {
+pub(crate) fn shares(spec: &TableSpec) -> bool {
     spec.presence != Presence::OnRequest
 }
 

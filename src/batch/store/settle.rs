@@ -16,7 +16,7 @@ use crate::store::tables::rows::CauseRow;
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written.
-pub fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
+pub(crate) fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
     let made: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
     take_off(root, &made)?;
     #[cfg(feature = "fleet")]
@@ -32,7 +32,7 @@ pub fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`fleet`].
-pub fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
+pub(crate) fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
     take_off(root, &SHARED_PLACES)?;
     let rows = pooled::write(root, copy)?;
     if !root.is_remote() {
@@ -47,7 +47,7 @@ pub fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error>
 ///
 /// # Errors
 /// As [`fleet`].
-pub fn after_kill(root: &Location) -> Result<(), Error> {
+pub(crate) fn after_kill(root: &Location) -> Result<(), Error> {
     let Some(out) = root.as_path() else { return Ok(()) };
     let is_there = |mark: &str| out.join(mark).is_file();
     if !is_unfinished(out) {
@@ -69,7 +69,7 @@ pub fn after_kill(root: &Location) -> Result<(), Error> {
 }
 
 /// Whether tables wait to be put in place, or are newer than what is made over all sessions.
-pub fn is_unfinished(out: &std::path::Path) -> bool {
+pub(crate) fn is_unfinished(out: &std::path::Path) -> bool {
     [super::switch::COMMIT, RUN.switched, DIAGNOSE.switched]
         .iter()
         .any(|mark| out.join(mark).is_file())
@@ -96,7 +96,7 @@ fn take_off(root: &Location, below: &[&str]) -> Result<(), Error> {
 ///
 /// # Errors
 /// A file cannot be read, or the list not be written.
-pub fn list_again(root: &Location, copy: &LocalCopy, below: &[&str]) -> Result<(), Error> {
+pub(crate) fn list_again(root: &Location, copy: &LocalCopy, below: &[&str]) -> Result<(), Error> {
     let before = Manifest::read(root);
     let mut list = match before.is_there {
         true => before.clone(),

@@ -20,7 +20,7 @@ use super::marker::{Committed, Key};
 use crate::batch::jobs::work::SessionFile;
 
 /// Extension of these files: they are no table.
-pub const EXTENSION: &str = "session";
+pub(crate) const EXTENSION: &str = "session";
 
 /// Key of the metadata.
 const KEY: &str = "roadbench.staged";
@@ -46,13 +46,13 @@ impl Staged {
 }
 
 /// A session's files by folder: extension and content.
-pub type Files = BTreeMap<String, (String, Bytes)>;
+pub(crate) type Files = BTreeMap<String, (String, Bytes)>;
 
 /// The bytes of such a file.
 ///
 /// # Errors
 /// Parquet cannot hold it: our own mistake.
-pub fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, String> {
+pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, String> {
     let head = serde_json::to_string(staged).map_err(|e| e.to_string())?;
     let texts = |of: fn(&SessionFile) -> &'static str| -> ArrayRef {
         Arc::new(StringArray::from_iter_values(files.iter().map(of)))
@@ -79,7 +79,7 @@ pub fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, String>
 }
 
 /// Whose file it is; `None` where it is no such file.
-pub fn head(file: &impl ChunkReader) -> Option<Staged> {
+pub(crate) fn head(file: &impl ChunkReader) -> Option<Staged> {
     let about = ParquetMetaDataReader::new().parse_and_finish(file).ok()?;
     let pairs = about.file_metadata().key_value_metadata()?;
     let head = pairs.iter().find(|p| p.key == KEY)?.value.as_deref()?;
@@ -90,7 +90,7 @@ pub fn head(file: &impl ChunkReader) -> Option<Staged> {
 ///
 /// # Errors
 /// It is no such file.
-pub fn files(bytes: Bytes) -> Result<Files, String> {
+pub(crate) fn files(bytes: Bytes) -> Result<Files, String> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(bytes)
         .and_then(ParquetRecordBatchReaderBuilder::build)
         .map_err(|e| e.to_string())?;

@@ -30,23 +30,23 @@ use crate::store::tables::file;
 /// Folder of files that are to be put in place.
 const NEXT: &str = ".roadbench/next";
 /// What is to be done with them.
-pub const COMMIT: &str = ".roadbench/next.json";
+pub(crate) const COMMIT: &str = ".roadbench/next.json";
 /// Held by who reads the tables, and by who switches them.
-pub const LOCK: &str = ".roadbench/tables.lock";
+pub(crate) const LOCK: &str = ".roadbench/tables.lock";
 
 /// So long readers are waited for: a report of 100,000 sessions takes a minute, one that hangs must not stop the night.
-pub const PATIENCE: Duration = Duration::from_secs(600);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Nobody reads while this is held.
 #[derive(Debug)]
-pub struct Switching(#[allow(dead_code)] Option<File>);
+pub(crate) struct Switching(#[allow(dead_code)] Option<File>);
 
 impl Switching {
     /// Waits for the readers, and carries on what was killed.
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn begin(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn begin(out: &Path) -> Result<Self, Error> {
         let path = out.join(LOCK);
         let fail = |e: std::io::Error| Error::Output(format!("{}: {e}", path.display()));
         let file = open_own(&path, File::options().create(true).truncate(false).write(true));
@@ -89,7 +89,7 @@ fn wait(file: File, out: &Path) -> Option<File> {
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn recover(root: &Location) -> Result<(), Error> {
+pub(crate) fn recover(root: &Location) -> Result<(), Error> {
     let Some(out) = root.as_path() else { return Ok(()) };
     if out.join(COMMIT).is_file() {
         Switching::begin(out)?;
@@ -104,7 +104,7 @@ pub fn recover(root: &Location) -> Result<(), Error> {
 }
 
 /// Files below the output that change: their new checksum, none where they go.
-pub type Changes = BTreeMap<String, Option<String>>;
+pub(crate) type Changes = BTreeMap<String, Option<String>>;
 
 /// What `next.json` says.
 #[derive(Debug, Serialize, Deserialize)]
@@ -118,7 +118,7 @@ struct Commit {
 
 /// Where the files of a merge go until all are there.
 #[derive(Debug)]
-pub struct Next<'a> {
+pub(crate) struct Next<'a> {
     root: &'a Location,
     kind: &'static Kind,
     /// Checksums of what is in place.
@@ -130,7 +130,7 @@ impl<'a> Next<'a> {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn begin(
+    pub(crate) fn begin(
         kind: &'static Kind,
         root: &'a Location,
         list: Manifest,
@@ -145,7 +145,7 @@ impl<'a> Next<'a> {
     }
 
     /// Where a file is, or waits to be put in place, given what a merge has changed so far.
-    pub fn place(&self, path: &str, changes: &Changes) -> Option<Location> {
+    pub(crate) fn place(&self, path: &str, changes: &Changes) -> Option<Location> {
         match changes.get(path) {
             Some(None) => None,
             Some(Some(_)) => Some(self.target(path)),
@@ -154,7 +154,7 @@ impl<'a> Next<'a> {
     }
 
     /// The checksum that a file has, given what a merge has changed so far.
-    pub fn checksum<'b>(&'b self, path: &str, changes: &'b Changes) -> Option<&'b str> {
+    pub(crate) fn checksum<'b>(&'b self, path: &str, changes: &'b Changes) -> Option<&'b str> {
         match changes.get(path) {
             Some(sum) => sum.as_deref(),
             None => self.list.of(path),
@@ -165,7 +165,12 @@ impl<'a> Next<'a> {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn write(&self, path: String, bytes: &[u8], changes: &mut Changes) -> Result<(), Error> {
+    pub(crate) fn write(
+        &self,
+        path: String,
+        bytes: &[u8],
+        changes: &mut Changes,
+    ) -> Result<(), Error> {
         file::write_bytes(self.target(&path), bytes)?;
         changes.insert(path, Some(manifest::checksum(bytes)));
         Ok(())
@@ -175,7 +180,7 @@ impl<'a> Next<'a> {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn remove(&self, path: String, changes: &mut Changes) -> Result<(), Error> {
+    pub(crate) fn remove(&self, path: String, changes: &mut Changes) -> Result<(), Error> {
         if self.root.is_remote() {
             let at = self.root.join(&path);
             at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
@@ -195,7 +200,7 @@ impl<'a> Next<'a> {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn commit(
+    pub(crate) fn commit(
         mut self,
         changes: Changes,
         then_remove: &[&Location],

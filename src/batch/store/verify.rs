@@ -491,7 +491,7 @@ fn log(path: &str, hash: &str) -> Option<Finding> {
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn adopt(out: &Location) -> Result<Manifest, Error> {
+pub(crate) fn adopt(out: &Location) -> Result<Manifest, Error> {
     let mut list = Manifest::empty();
     for folder in listed_folders() {
         let at = out.join(folder);

@@ -7,24 +7,24 @@
 use crate::ingest::{CHANGED, UNREACHABLE, UNREADABLE};
 
 /// There is no such file: what it was stays in the archive until it is forgotten.
-pub const NOT_FOUND: &str = "not_found";
+pub(crate) const NOT_FOUND: &str = "not_found";
 /// There is a folder, and no log in it.
-pub const NO_LOGS: &str = "no_logs";
+pub(crate) const NO_LOGS: &str = "no_logs";
 /// Another log of the batch has its session.
-pub const DUPLICATE_ID: &str = "duplicate_session_id";
+pub(crate) const DUPLICATE_ID: &str = "duplicate_session_id";
 /// Its worker was killed by somebody else.
-pub const KILLED: &str = "killed";
+pub(crate) const KILLED: &str = "killed";
 /// There was no worker for it.
-pub const NO_WORKER: &str = "no_worker";
+pub(crate) const NO_WORKER: &str = "no_worker";
 /// Its worker had less memory than it may have.
-pub const NO_MEMORY: &str = "no_memory";
+pub(crate) const NO_MEMORY: &str = "no_memory";
 
 /// Its worker crashed over it.
-pub const CRASHED: &str = "crashed";
+pub(crate) const CRASHED: &str = "crashed";
 /// It takes more memory than it may.
-pub const TOO_LARGE: &str = "too_large";
+pub(crate) const TOO_LARGE: &str = "too_large";
 /// It takes more time than it may.
-pub const TOO_SLOW: &str = "too_slow";
+pub(crate) const TOO_SLOW: &str = "too_slow";
 
 /// Codes of rejections that are not the log's fault.
 const NOT_ITS_OWN: [&str; 9] = [
@@ -40,10 +40,10 @@ const NOT_ITS_OWN: [&str; 9] = [
 ];
 
 /// Codes of logs that ended a worker, and would again.
-pub const ENDS_A_WORKER: [&str; 3] = [CRASHED, TOO_LARGE, TOO_SLOW];
+pub(crate) const ENDS_A_WORKER: [&str; 3] = [CRASHED, TOO_LARGE, TOO_SLOW];
 
 /// Whether a log that was rejected so has no session any more.
-pub fn is_the_logs(code: &str) -> bool {
+pub(crate) fn is_the_logs(code: &str) -> bool {
     !NOT_ITS_OWN.contains(&code)
 }
 

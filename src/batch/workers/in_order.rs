@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 /// Hands results on in order of path; those that are finished early wait for the ones before them.
-pub struct InOrder<R, F> {
+pub(crate) struct InOrder<R, F> {
     queue: Mutex<Queue<R>>,
     show: F,
 }
@@ -19,19 +19,19 @@ struct Queue<R> {
 
 impl<R, F: Fn(R)> InOrder<R, F> {
     /// `show` is called with each result, never twice at once.
-    pub fn new(show: F) -> Self {
+    pub(crate) fn new(show: F) -> Self {
         let queue = Queue { places: BTreeMap::new(), finished: BTreeMap::new(), next: 0 };
         InOrder { queue: Mutex::new(queue), show }
     }
 
     /// Sets the order.
-    pub fn expect(&self, logs: &[String]) {
+    pub(crate) fn expect(&self, logs: &[String]) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         queue.places = logs.iter().cloned().enumerate().map(|(k, log)| (log, k)).collect();
     }
 
     /// A log is through, with a result if it was computed.
-    pub fn finished(&self, log: &str, result: Option<R>) {
+    pub(crate) fn finished(&self, log: &str, result: Option<R>) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(place) = queue.places.remove(log) else { return };
         queue.finished.insert(place, result);
@@ -44,7 +44,7 @@ impl<R, F: Fn(R)> InOrder<R, F> {
     }
 
     /// Shows what waits for logs that were never finished: the batch was stopped.
-    pub fn flush(&self) {
+    pub(crate) fn flush(&self) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = std::mem::take(&mut queue.finished);
         waiting.into_values().flatten().for_each(&self.show);

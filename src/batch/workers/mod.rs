@@ -1,9 +1,9 @@
 //! Who does the work: threads and processes, their limits, and how far they are.
 
-pub mod blame;
-pub mod fence;
-pub mod in_order;
-pub mod progress;
-pub mod scheduler;
-pub mod threads;
-pub mod watch;
+pub(crate) mod blame;
+pub(crate) mod fence;
+pub(crate) mod in_order;
+pub(crate) mod progress;
+pub(crate) mod scheduler;
+pub(crate) mod threads;
+pub(crate) mod watch;

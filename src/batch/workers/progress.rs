@@ -9,7 +9,7 @@ use super::watch::{Finished, State, Watch};
 
 /// Draws the bar and writes the events.
 #[derive(Debug)]
-pub struct Progress {
+pub(crate) struct Progress {
     bar: ProgressBar,
     show: bool,
     bytes: AtomicU64,
@@ -19,17 +19,17 @@ pub struct Progress {
 impl Progress {
     /// On a bar that is hidden still; it appears with the first session if `show`, and only
     /// where stderr is a terminal.
-    pub fn new(bar: ProgressBar, show: bool) -> Self {
+    pub(crate) fn new(bar: ProgressBar, show: bool) -> Self {
         Progress { bar, show, bytes: AtomicU64::new(0), rejected: AtomicUsize::new(0) }
     }
 
     /// Does something, such as writing to the terminal, while the bar is out of the way.
-    pub fn aside<T>(&self, what: impl FnOnce() -> T) -> T {
+    pub(crate) fn aside<T>(&self, what: impl FnOnce() -> T) -> T {
         self.bar.suspend(what)
     }
 
     /// Takes the bar away.
-    pub fn clear(&self) {
+    pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }

@@ -84,7 +84,7 @@ pub fn run<W: Work>(
 ///
 /// # Errors
 /// Before anything is written: bad usage. Later: the output cannot be written.
-pub fn run_if<W: Work>(
+pub(crate) fn run_if<W: Work>(
     settings: &Settings<'_>,
     work: &W,
     watch: &impl Watch<W::Result>,

@@ -11,14 +11,14 @@ const PER_CORE: usize = 8;
 const ALLOWED: usize = 16;
 
 /// Stack of a thread, bytes: that of a main thread, whatever `ulimit -s` says.
-pub const STACK: usize = 8 << 20;
+pub(crate) const STACK: usize = 8 << 20;
 
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// How many are taken where so many are asked for; 0 takes one per core.
-pub fn taken(asked: usize) -> usize {
+pub(crate) fn taken(asked: usize) -> usize {
     match asked {
         0 => {
             let set = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse().ok());
@@ -29,7 +29,7 @@ pub fn taken(asked: usize) -> usize {
 }
 
 /// So many threads, or as many as there can be, which is said; none where there can be no other one at all.
-pub fn pool(wanted: usize) -> Option<ThreadPool> {
+pub(crate) fn pool(wanted: usize) -> Option<ThreadPool> {
     let mut threads = wanted.max(1);
     loop {
         let built = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
@@ -50,14 +50,14 @@ pub fn pool(wanted: usize) -> Option<ThreadPool> {
 }
 
 /// Has a bar move by itself, where it is seen and there is a thread for that: without one its own call ends the program.
-pub fn tick(bar: &ProgressBar) {
+pub(crate) fn tick(bar: &ProgressBar) {
     if !bar.is_hidden() && std::thread::Builder::new().spawn(|| {}).is_ok() {
         bar.enable_steady_tick(Duration::from_millis(250));
     }
 }
 
 /// Does something in this thread, and what it does in parallel too.
-pub fn alone<T>(work: impl FnOnce() -> T) -> T {
+pub(crate) fn alone<T>(work: impl FnOnce() -> T) -> T {
     let own = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
     if let Err(e) = &own {
         tracing::debug!("{e}"); // it is one of a pool already

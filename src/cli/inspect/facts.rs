@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// Everything that `inspect` reports of a log.
 #[derive(Debug, Serialize)]
-pub struct Inspection {
+pub(super) struct Inspection {
     pub session: Facts,
     pub channels: Vec<ChannelFacts>,
     pub warnings: Vec<Noticed>,
@@ -18,7 +18,7 @@ pub struct Inspection {
 
 /// The session as a whole.
 #[derive(Debug, Serialize)]
-pub struct Facts {
+pub(super) struct Facts {
     pub session_id: String,
     pub bike_id: String,
     pub start_time: Option<String>,
@@ -38,7 +38,7 @@ pub struct Facts {
 
 /// One channel.
 #[derive(Debug, Serialize)]
-pub struct ChannelFacts {
+pub(super) struct ChannelFacts {
     pub channel: &'static str,
     pub unit: String,
     /// Of the source, Hz.
@@ -58,7 +58,7 @@ pub struct ChannelFacts {
 
 /// A warning.
 #[derive(Debug, Serialize)]
-pub struct Noticed {
+pub(super) struct Noticed {
     pub code: &'static str,
     pub channel: Option<&'static str>,
     pub count: usize,
@@ -68,14 +68,14 @@ pub struct Noticed {
 
 /// Why the session would be rejected.
 #[derive(Debug, Serialize)]
-pub struct Reason {
+pub(super) struct Reason {
     pub code: &'static str,
     pub message: String,
 }
 
 /// Coefficients that need the same.
 #[derive(Debug, Serialize)]
-pub struct Estimate {
+pub(super) struct Estimate {
     pub tyre: &'static str,
     pub coefficients: Vec<&'static str>,
     /// `possible`, `assumed` or `not_available`.

@@ -31,11 +31,11 @@ pub struct GainScale {
 
 /// Calibration off-road; `bias` is in the candidates' units, zero for those that are known by their
 /// logarithm.
-pub type OffroadCalibration = Calibration<GainScale>;
+pub(crate) type OffroadCalibration = Calibration<GainScale>;
 
 /// Where null simulations are drawn from.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
+pub(crate) struct Source<'a> {
     /// The ride's residuals.
     pub residuals: &'a Residuals,
     /// Candidates and the bike's uncertainty.
@@ -56,7 +56,7 @@ struct Shown {
 }
 
 /// Draws null simulations.
-pub fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration {
+pub(crate) fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration {
     let problem = source.problem;
     let linear: Vec<Linear> = (0..ALL.len()).map(|j| problem.linear(&[j])).collect();
     let bare = problem.linear(&[]);
@@ -132,7 +132,7 @@ impl Calibration<GainScale> {
 }
 
 /// Block residuals with their cells and blocks.
-pub fn cells<'a>(
+pub(crate) fn cells<'a>(
     residuals: &'a Residuals,
     r: &'a [f64],
 ) -> impl Iterator<Item = (Cell, usize, f64)> + 'a {

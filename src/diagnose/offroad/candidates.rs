@@ -4,7 +4,7 @@ use super::declaration::Declaration;
 use super::{rider_motion, suspension};
 
 /// Every candidate.
-pub const ALL: &[Declaration] = &[
+pub(crate) const ALL: &[Declaration] = &[
     rider_motion::VERTICAL,
     rider_motion::HORIZONTAL,
     suspension::FORK_FRICTION,

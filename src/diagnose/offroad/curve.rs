@@ -6,7 +6,7 @@
 
 /// Change of every block from the base.
 #[derive(Debug, Clone)]
-pub enum Curve {
+pub(crate) enum Curve {
     /// Per unit of the number; the base is zero.
     Line(Vec<f64>),
     /// At rising numbers; between them linear in their logarithm. The base is none of them.
@@ -20,7 +20,7 @@ pub enum Curve {
 
 impl Curve {
     /// Adds the change at `value` to every block.
-    pub fn add(&self, value: f64, r: &mut [f64]) {
+    pub(crate) fn add(&self, value: f64, r: &mut [f64]) {
         match self {
             Curve::Line(column) => r.iter_mut().zip(column).for_each(|(r, c)| *r += value * c),
             Curve::Nodes { at, columns } => {
@@ -34,7 +34,7 @@ impl Curve {
     }
 
     /// Derivative with respect to the number (a line) or to its logarithm (nodes).
-    pub fn slope(&self, value: f64) -> Vec<f64> {
+    pub(crate) fn slope(&self, value: f64) -> Vec<f64> {
         match self {
             Curve::Line(column) => column.clone(),
             Curve::Nodes { at, columns } => {
@@ -48,7 +48,7 @@ impl Curve {
     }
 
     /// Whether the number is a frequency whose logarithm has the interval.
-    pub fn logarithmic(&self) -> bool {
+    pub(crate) fn logarithmic(&self) -> bool {
         matches!(self, Curve::Nodes { .. })
     }
 }

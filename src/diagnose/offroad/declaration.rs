@@ -8,7 +8,7 @@ use crate::estimate::offroad::rider;
 
 /// A candidate with the change of the residuals that it makes.
 #[derive(Debug, Clone, Copy)]
-pub struct Declaration {
+pub(crate) struct Declaration {
     /// Its name, words and bounds; its place is that in [`ALL`](super::candidates::ALL).
     pub candidate: Candidate,
     /// Candidates that flights, where they show best, cannot tell apart; one of them alone is named.
@@ -19,7 +19,7 @@ pub struct Declaration {
 
 /// What candidates are made from.
 #[derive(Debug, Clone, Copy)]
-pub struct Ride<'a> {
+pub(crate) struct Ride<'a> {
     /// The residuals.
     pub residuals: &'a Residuals,
     /// The estimate.

@@ -30,13 +30,13 @@ const FEWEST: usize = 20;
 const LOST: [&str; 2] = ["row_lost", "negative_travel"];
 
 /// Warnings about rows of the equations that are missing.
-pub fn lost_rows(warnings: &[Warning]) -> impl Iterator<Item = &Warning> {
+pub(crate) fn lost_rows(warnings: &[Warning]) -> impl Iterator<Item = &Warning> {
     warnings.iter().filter(|w| LOST.contains(&w.code))
 }
 
 /// An off-road ride with its residuals and null simulations.
 #[derive(Debug)]
-pub struct OffroadEngine<'a> {
+pub(crate) struct OffroadEngine<'a> {
     /// The ride's residuals.
     pub residuals: &'a Residuals,
     /// Candidates and the bike's uncertainty.
@@ -57,7 +57,7 @@ pub struct OffroadEngine<'a> {
 
 /// A model, and a fit of every other candidate with it.
 #[derive(Debug)]
-pub struct Stage {
+pub(crate) struct Stage {
     model: Fit,
     /// Places of the candidates that are in it.
     named: Vec<usize>,
@@ -147,7 +147,7 @@ impl OffroadEngine<'_> {
     }
 
     /// Whether on the ground more is left than sensors and bike file explain once everything named is in.
-    pub fn is_wrong_on_the_ground(&self, naming: &Naming<Fit>) -> bool {
+    pub(crate) fn is_wrong_on_the_ground(&self, naming: &Naming<Fit>) -> bool {
         let left = rms_of(&self.by_cell(&naming.extended.residual));
         left.iter().any(|(cell, (size, n))| {
             let largest = self.calibration.floor.get(cell).map_or(f64::INFINITY, |f| f[1]);

@@ -32,11 +32,11 @@ const BODY: f64 = 0.04;
 const FRICTION: f64 = 0.08;
 
 /// One candidate with its number; `None` is the base.
-pub type Value = Option<f64>;
+pub(crate) type Value = Option<f64>;
 
 /// What a fit needs.
 #[derive(Debug, Clone)]
-pub struct Problem {
+pub(crate) struct Problem {
     /// Where the blocks belong.
     pub blocks: Vec<Block>,
     /// Candidates.
@@ -76,7 +76,7 @@ struct Search<'a> {
 
 /// The columns that are fitted linearly, block by block: the bike's and those of some candidates.
 #[derive(Debug, Clone)]
-pub struct Linear {
+pub(crate) struct Linear {
     /// Candidates among them, after the bike's.
     pub lines: Vec<usize>,
     width: usize,
@@ -100,7 +100,7 @@ type Used<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 impl Problem {
     /// Takes candidates that are lines, forces of the suspension, to show where a wheel is off the ground
     /// only.
-    pub fn off_the_ground(&mut self) {
+    pub(crate) fn off_the_ground(&mut self) {
         for curve in &mut self.curves {
             if let Curve::Line(column) = curve {
                 for (c, block) in column.iter_mut().zip(&self.blocks) {
@@ -113,7 +113,7 @@ impl Problem {
     }
 
     /// The linear columns for some candidates; those that are no lines are left out.
-    pub fn linear(&self, included: &[usize]) -> Linear {
+    pub(crate) fn linear(&self, included: &[usize]) -> Linear {
         let lines: Vec<usize> = included
             .iter()
             .copied()
@@ -259,12 +259,12 @@ impl Problem {
     }
 
     /// Fits the included candidates and the bike together, from scratch or from another fit.
-    pub fn fit(&self, bare: &[f64], included: &[usize], start: Option<&Fit>) -> Fit {
+    pub(crate) fn fit(&self, bare: &[f64], included: &[usize], start: Option<&Fit>) -> Fit {
         self.fit_with(bare, included, &self.linear(included), start, &|_| true)
     }
 
     /// As [`fit`](Self::fit), with the linear columns made before and on some clusters only.
-    pub fn fit_with(
+    pub(crate) fn fit_with(
         &self,
         bare: &[f64],
         included: &[usize],
@@ -383,7 +383,7 @@ impl Problem {
 
     /// Twice the loss on clusters left out, of candidates and bike fitted to the others, over [`FOLDS`]
     /// fits. `whole` is the fit to all of them.
-    pub fn held_out(&self, bare: &[f64], included: &[usize], whole: &Fit) -> f64 {
+    pub(crate) fn held_out(&self, bare: &[f64], included: &[usize], whole: &Fit) -> f64 {
         let linear = self.linear(included);
         sum_over_folds(|fold| {
             // a lap may have as many events as there are folds
@@ -401,7 +401,7 @@ impl Problem {
 
     /// Standard deviations of the included candidates' numbers (of their logarithms for nodes): from the
     /// clusters' own scatter and from what the bike file is uncertain by.
-    pub fn std_errors(&self, fit: &Fit, included: &[usize]) -> Vec<f64> {
+    pub(crate) fn std_errors(&self, fit: &Fit, included: &[usize]) -> Vec<f64> {
         let slopes: Vec<Vec<f64>> = included
             .iter()
             .map(|&j| match fit.values[j] {
@@ -457,7 +457,7 @@ impl Problem {
 
 /// Long-run standard deviation of every channel's blocks: what their mean scatters by, times the root
 /// of their number. One for a channel without blocks.
-pub fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
+pub(crate) fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
     std::array::from_fn(|c| {
         let own: Vec<usize> = (0..blocks.len()).filter(|&i| blocks[i].channel == c).collect();
         if own.is_empty() {
@@ -486,6 +486,6 @@ pub fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
 
 /// Weights of every block from the channels' standard deviations: what they scatter by, at least what the
 /// sensors do.
-pub fn weights(blocks: &[Block], scatter: &[f64; 7], sensors: &[f64; 7]) -> Vec<f64> {
+pub(crate) fn weights(blocks: &[Block], scatter: &[f64; 7], sensors: &[f64; 7]) -> Vec<f64> {
     blocks.iter().map(|b| 1.0 / scatter[b.channel].max(sensors[b.channel])).collect()
 }

@@ -20,7 +20,7 @@ const STEEPEST: f64 = 0.7;
 
 /// Columns `[N_f, N_r, T_f, T_r]` of a sample, ground axes: `T` forward along the ground. Rows as in
 /// [`Equations`], the chain not in it.
-pub fn columns(eq: &Equations, k: &Kinematics, at: &Matrices, i: usize) -> [[f64; 4]; 5] {
+pub(crate) fn columns(eq: &Equations, k: &Kinematics, at: &Matrices, i: usize) -> [[f64; 4]; 5] {
     let p = &eq.p;
     let (sin, cos) = at.pitch;
     let (sin_eps, cos_eps) = eq.caster();

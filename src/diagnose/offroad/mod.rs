@@ -14,17 +14,17 @@
 //!
 //! Source: `book/src/diagnosis.md`, section 2, with the equations of `book/src/offroad.md`.
 
-pub mod calibration;
-pub mod candidates;
-pub mod curve;
-pub mod declaration;
-pub mod engine;
-pub mod fit;
-pub mod ground;
-pub mod residuals;
-pub mod rider_motion;
-pub mod session;
-pub mod suspension;
-pub mod uncertain;
+pub(crate) mod calibration;
+pub(crate) mod candidates;
+pub(crate) mod curve;
+pub(crate) mod declaration;
+pub(crate) mod engine;
+pub(crate) mod fit;
+pub(crate) mod ground;
+pub(crate) mod residuals;
+pub(crate) mod rider_motion;
+pub(crate) mod session;
+pub(crate) mod suspension;
+pub(crate) mod uncertain;
 
-pub use session::{OffroadDiagnosis, diagnose, log};
+pub(crate) use session::{OffroadDiagnosis, diagnose, log};

@@ -35,7 +35,7 @@ const SHARE: f64 = 0.5;
 
 /// One kind of residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Channel {
+pub(crate) struct Channel {
     /// In the tables.
     pub name: &'static str,
     /// Its unit.
@@ -46,13 +46,13 @@ pub struct Channel {
 
 impl Channel {
     /// Whether a wheel is off the ground, so that no rider enters.
-    pub fn off_the_ground(&self) -> bool {
+    pub(crate) fn off_the_ground(&self) -> bool {
         self.rows.len() == 1
     }
 }
 
 /// Every channel.
-pub const CHANNELS: [Channel; 7] = [
+pub(crate) const CHANNELS: [Channel; 7] = [
     Channel { name: "vertical", unit: "N", rows: &[0, 1, 3, 4] },
     Channel { name: "pitch", unit: "N m", rows: &[0, 2, 3, 4] },
     Channel { name: "pitch_braking", unit: "N m", rows: &[0, 1, 2, 3, 4] },
@@ -64,7 +64,7 @@ pub const CHANNELS: [Channel; 7] = [
 
 /// A block of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
+pub(crate) struct Block {
     /// Index into [`CHANNELS`].
     pub channel: usize,
     /// Middle, in samples of the log.
@@ -89,7 +89,7 @@ struct Part {
 
 /// The residuals of a ride, ready for any rider and any change of the bike.
 #[derive(Debug, Clone)]
-pub struct Residuals {
+pub(crate) struct Residuals {
     /// Blocks, channel by channel, in time order.
     pub blocks: Vec<Block>,
     /// Number of clusters.
@@ -111,7 +111,7 @@ pub struct Residuals {
 
 impl Residuals {
     /// The residuals of an estimate whose first rider tells driving from braking.
-    pub fn new(e: &Estimate, segments: &[Segment], crossfade: f64) -> Self {
+    pub(crate) fn new(e: &Estimate, segments: &[Segment], crossfade: f64) -> Self {
         let k = &e.kinematics;
         let machine = &e.machine;
         let step = (k.rate / RATE).round().max(1.0) as usize;
@@ -175,7 +175,7 @@ impl Residuals {
 
     /// Change of every block when the known side changes by `db` (rows 1 to 5, N and N m) at each thinned
     /// sample; the second argument tells whether the sample drives.
-    pub fn response(&self, db: impl Fn(usize, bool) -> [f64; 5]) -> Vec<f64> {
+    pub(crate) fn response(&self, db: impl Fn(usize, bool) -> [f64; 5]) -> Vec<f64> {
         let mut out = vec![0.0; self.blocks.len()];
         for part in &self.parts {
             let d = db(part.sample, part.driving);
@@ -188,7 +188,7 @@ impl Residuals {
 
     /// Standard deviation of every channel's blocks for errors of the known side of these standard
     /// deviations, N and N m, of a band of `high_cut` Hz.
-    pub fn floor(&self, covariance: &[[f64; 5]; 5], high_cut: f64) -> [f64; 7] {
+    pub(crate) fn floor(&self, covariance: &[[f64; 5]; 5], high_cut: f64) -> [f64; 7] {
         // white below the cut; a block's mean passes half a band of one over its length
         let passed = (0.5 / BLOCK / high_cut).min(1.0);
         let (mut sums, mut counts) = ([0.0; 7], [0.0; 7]);

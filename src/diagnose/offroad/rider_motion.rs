@@ -13,7 +13,7 @@ use crate::diagnose::cause::Candidate;
 use crate::estimate::offroad::rider::c::low_passed;
 
 /// Up and down.
-pub const VERTICAL: Declaration = Declaration {
+pub(crate) const VERTICAL: Declaration = Declaration {
     candidate: Candidate {
         place: 0,
         name: "rider_vertical_motion",
@@ -30,7 +30,7 @@ pub const VERTICAL: Declaration = Declaration {
 };
 
 /// Fore and aft.
-pub const HORIZONTAL: Declaration = Declaration {
+pub(crate) const HORIZONTAL: Declaration = Declaration {
     candidate: Candidate {
         place: 0,
         name: "rider_horizontal_motion",

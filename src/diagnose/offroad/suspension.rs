@@ -11,7 +11,7 @@ use crate::filter::high_cut;
 use crate::tyre::offroad::machine::Strut;
 
 /// Coulomb friction of the fork.
-pub const FORK_FRICTION: Declaration = Declaration {
+pub(crate) const FORK_FRICTION: Declaration = Declaration {
     candidate: Candidate {
         place: 0,
         name: "fork_friction",
@@ -32,7 +32,7 @@ pub const FORK_FRICTION: Declaration = Declaration {
 };
 
 /// Force of the fork's spring at any travel.
-pub const FORK_PRELOAD: Declaration = Declaration {
+pub(crate) const FORK_PRELOAD: Declaration = Declaration {
     candidate: Candidate {
         place: 0,
         name: "fork_preload",
@@ -49,7 +49,7 @@ pub const FORK_PRELOAD: Declaration = Declaration {
 };
 
 /// Coulomb friction of the shock.
-pub const SHOCK_FRICTION: Declaration = Declaration {
+pub(crate) const SHOCK_FRICTION: Declaration = Declaration {
     candidate: Candidate {
         place: 0,
         name: "shock_friction",

@@ -38,7 +38,7 @@ const SPRING: f64 = 0.02;
 const DAMPER: f64 = 0.04;
 
 /// One standard deviation of everything, each as a change of every block.
-pub fn columns(residuals: &Residuals, e: &Estimate, bike: &Bike) -> Vec<Vec<f64>> {
+pub(crate) fn columns(residuals: &Residuals, e: &Estimate, bike: &Bike) -> Vec<Vec<f64>> {
     let k = &e.kinematics;
     let step = residuals.step;
     let mut out = Vec::new();

@@ -20,7 +20,7 @@ const LAGS: usize = 10;
 /// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
 const STRAINED: f64 = 2.5;
 /// Gain of a candidate that explains such a strain.
-pub const RELIEVED: f64 = 30.0;
+pub(crate) const RELIEVED: f64 = 30.0;
 /// Fall of the loss along the first slopes, over the gain that explains a strain, below which a candidate will not get
 /// there.
 const HOPELESS: f64 = 0.1;
@@ -109,7 +109,7 @@ pub struct Quick {
 
 /// Fits `fitted` from a model whose own ride it is, or one near by; `more` is linearised along with it,
 /// `disturb` may add to what is added to the residuals.
-pub fn fit_quick(
+pub(crate) fn fit_quick(
     samples: &Samples,
     model: &Base,
     fitted: &[Parameter],

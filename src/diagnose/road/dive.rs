@@ -26,7 +26,7 @@ const STRAIGHT: (f64, f64) = (0.05, 4.0);
 
 /// Pitch of the frame beyond the usual one on straights, rad, positive nose down; zero in gaps. `None`
 /// where pitch or roll is not measured.
-pub fn dive(session: &Session) -> Option<Vec<f64>> {
+pub(crate) fn dive(session: &Session) -> Option<Vec<f64>> {
     let rate = session.rate;
     let roll = smooth(session.get(Channel::Roll)?, rate);
     let pitch = smooth(session.get(Channel::Pitch)?, rate);
@@ -41,22 +41,22 @@ pub fn dive(session: &Session) -> Option<Vec<f64>> {
 }
 
 /// Window of the means that take the sensor's noise off a motion, s.
-pub const NOISY: f64 = 0.3;
+pub(crate) const NOISY: f64 = 0.3;
 
 /// The dive that a frame did, without the noise of its sensor.
-pub fn true_dive(session: &Session) -> Option<Vec<f64>> {
+pub(crate) fn true_dive(session: &Session) -> Option<Vec<f64>> {
     Some(mean_twice(&dive(session)?, session.rate, NOISY))
 }
 
 /// How fast the rate of the dive changes, rad/s², without the noise of its sensor; zero in gaps. `None` as of
 /// [`dive`].
-pub fn diving(session: &Session) -> Option<Vec<f64>> {
+pub(crate) fn diving(session: &Session) -> Option<Vec<f64>> {
     let rate = session.rate;
     Some(gradient(&gradient(&true_dive(session)?, rate), rate))
 }
 
 /// The session without the dive of its frame; `None` where pitch or roll is not measured.
-pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
+pub(crate) fn level(session: &Session, bike: &Bike) -> Option<Session> {
     let rate = session.rate;
     let dive = dive(session)?;
     let roll = smooth(session.get(Channel::Roll)?, rate);

@@ -31,7 +31,7 @@ const EVIDENT: f64 = 1.96;
 
 /// A ride on the road with its base fit and its null simulations.
 #[derive(Debug)]
-pub struct RoadEngine<'r, 'a> {
+pub(crate) struct RoadEngine<'r, 'a> {
     ride: Ride<'r>,
     memory: &'r Memory<'a>,
     start: &'r Start,
@@ -43,7 +43,7 @@ pub struct RoadEngine<'r, 'a> {
 impl<'r, 'a> RoadEngine<'r, 'a> {
     /// `calibration` is that of the ride's candidates on `simulation`, near the start; `memory` holds what
     /// is known of the ride already.
-    pub fn new(
+    pub(crate) fn new(
         ride: Ride<'r>,
         memory: &'r Memory<'a>,
         start: &'r Start,
@@ -130,7 +130,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
     /// What is left of a naming whose causes all have an objection: they stand before the other candidates,
     /// which are judged on the base, and the base is the model again.
     #[must_use]
-    pub fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
+    pub(crate) fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
         let mut stage = self.first();
         let judged = self.judge(&stage);
         stage.model = self.start.base.clone();

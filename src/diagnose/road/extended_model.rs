@@ -12,7 +12,7 @@ use crate::tyre::formulation::Formulation;
 
 /// The named and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
 /// without them: the same that `run --model` finds.
-pub fn extended_model(
+pub(crate) fn extended_model(
     naming: &Naming<Base>,
     ident: &Ident,
     session: &Session,

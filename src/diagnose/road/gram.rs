@@ -12,11 +12,11 @@ use super::residuals::Blocks;
 const PANEL: usize = 24;
 
 /// A block that counts, and its weight.
-pub type Row = (usize, f64);
+pub(crate) type Row = (usize, f64);
 
 /// Products of columns under weights.
 #[derive(Debug, Clone)]
-pub struct Gram {
+pub(crate) struct Gram {
     /// `[channel][block]`, nil where a block does not count.
     weights: Blocks,
     channels: [Channel; 8],
@@ -32,7 +32,7 @@ struct Channel {
 
 impl Gram {
     /// That of all columns.
-    pub fn of(columns: &[Arc<Blocks>], weights: &Blocks) -> Self {
+    pub(crate) fn of(columns: &[Arc<Blocks>], weights: &Blocks) -> Self {
         let channels = std::array::from_fn(|c| {
             let inside = entering(columns, c);
             let products = products(columns, c, &inside, &counted(&weights[c]));
@@ -42,7 +42,7 @@ impl Gram {
     }
 
     /// That of some of the columns, which are given in their order.
-    pub fn only(&self, kept: &[usize]) -> Self {
+    pub(crate) fn only(&self, kept: &[usize]) -> Self {
         let channels = std::array::from_fn(|c| {
             let Channel { inside, products } = &self.channels[c];
             let place = |column: &usize| inside.iter().position(|i| i == column);
@@ -60,7 +60,7 @@ impl Gram {
     }
 
     /// The products of the first `count` columns under any weights, over the variances of the channels.
-    pub fn under(
+    pub(crate) fn under(
         &self,
         weights: &Blocks,
         columns: &[Arc<Blocks>],
@@ -96,17 +96,22 @@ impl Gram {
 }
 
 /// The blocks with a weight.
-pub fn counted(weights: &[f64]) -> Vec<Row> {
+pub(crate) fn counted(weights: &[f64]) -> Vec<Row> {
     weights.iter().copied().enumerate().filter(|(_, weight)| *weight != 0.0).collect()
 }
 
 /// The columns that are not nil in a channel.
-pub fn entering(columns: &[Arc<Blocks>], c: usize) -> Vec<usize> {
+pub(crate) fn entering(columns: &[Arc<Blocks>], c: usize) -> Vec<usize> {
     (0..columns.len()).filter(|&i| columns[i][c].iter().any(|x| *x != 0.0)).collect()
 }
 
 /// Some columns of a channel at some blocks: a row each.
-pub fn gathered(columns: &[Arc<Blocks>], c: usize, inside: &[usize], rows: &[Row]) -> DMatrix<f64> {
+pub(crate) fn gathered(
+    columns: &[Arc<Blocks>],
+    c: usize,
+    inside: &[usize],
+    rows: &[Row],
+) -> DMatrix<f64> {
     let values = inside.iter().flat_map(|&i| {
         let column = &columns[i][c];
         rows.iter().map(move |(b, _)| column[*b])

@@ -7,18 +7,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a result was made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Key([u8; 32]);
+pub(crate) struct Key([u8; 32]);
 
 impl Key {
     /// Of all that a result depends on, by what `Debug` says of it: that tells every number exactly.
-    pub fn of(made_from: &impl Debug) -> Self {
+    pub(crate) fn of(made_from: &impl Debug) -> Self {
         Key(*blake3::hash(format!("{made_from:?}").as_bytes()).as_bytes())
     }
 }
 
 /// Results by what they were made from; by default none is kept and each is made whenever it is needed.
 #[derive(Debug)]
-pub struct Kept<T>(Option<Mutex<HashMap<Key, Arc<T>>>>);
+pub(crate) struct Kept<T>(Option<Mutex<HashMap<Key, Arc<T>>>>);
 
 impl<T> Default for Kept<T> {
     fn default() -> Self {
@@ -28,17 +28,17 @@ impl<T> Default for Kept<T> {
 
 impl<T> Kept<T> {
     /// Keeps every result from now on.
-    pub fn keeping() -> Self {
+    pub(crate) fn keeping() -> Self {
         Kept(Some(Mutex::default()))
     }
 
     /// Whether it keeps them.
-    pub fn is_keeping(&self) -> bool {
+    pub(crate) fn is_keeping(&self) -> bool {
         self.0.is_some()
     }
 
     /// The result of what it is made from.
-    pub fn get_or(&self, made_from: &impl Debug, make: impl FnOnce() -> T) -> Arc<T> {
+    pub(crate) fn get_or(&self, made_from: &impl Debug, make: impl FnOnce() -> T) -> Arc<T> {
         let Some(results) = &self.0 else { return Arc::new(make()) };
         let key = Key::of(made_from);
         // a panic cannot leave half a result: nothing but look-ups runs while it is locked

@@ -10,7 +10,7 @@ use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 
 /// What was found of an effect.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub(crate) struct Found {
     /// The parameter that it moves.
     pub parameter: Parameter,
     /// Its size over that which a fit gives it.
@@ -21,7 +21,7 @@ pub struct Found {
 
 /// A model with the slopes that serve its fits without a fold: a fold less moves the optimum little.
 #[derive(Debug)]
-pub struct LeftOut<'a> {
+pub(crate) struct LeftOut<'a> {
     model: &'a Base,
     samples: &'a Samples,
     linear: Linear,
@@ -31,7 +31,7 @@ pub struct LeftOut<'a> {
 
 impl<'a> LeftOut<'a> {
     /// The folds of a ride.
-    pub fn new(model: &'a Base, samples: &'a Samples) -> Self {
+    pub(crate) fn new(model: &'a Base, samples: &'a Samples) -> Self {
         let mut seen = BTreeMap::new();
         let fold = |kind| {
             let count: &mut usize = seen.entry(kind).or_default();
@@ -61,7 +61,7 @@ impl<'a> LeftOut<'a> {
     /// The model fitted without a fold. Where effects were found they get what was found: the
     /// fold's fit over the share that fits give, within the interval, beyond which a small share tells nothing. The
     /// base is fitted beside them.
-    pub fn without(&self, out: usize, found: &[Found]) -> Parameters {
+    pub(crate) fn without(&self, out: usize, found: &[Found]) -> Parameters {
         let (mut values, _) = self.fit_without(out);
         if found.is_empty() {
             return values;
@@ -85,7 +85,7 @@ impl<'a> LeftOut<'a> {
     }
 
     /// Loss on the manoeuvres left out, over all folds.
-    pub fn loss(&self) -> f64 {
+    pub(crate) fn loss(&self) -> f64 {
         sum_over_folds(|out| {
             let (_, linear) = self.fit_without(out);
             let left: Vec<bool> = self.fold_of.iter().map(|f| *f == out).collect();

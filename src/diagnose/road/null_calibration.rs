@@ -26,7 +26,7 @@ use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Largest detection limit, in usual sizes, of an effect that a ride can identify: beyond that no size
 /// within the bounds would be seen.
-pub const LARGEST_LIMIT: f64 = 4.0;
+pub(crate) const LARGEST_LIMIT: f64 = 4.0;
 /// Standard deviations that a detection limit is from nothing: at it half of the effects are named.
 const LIMIT: f64 = 3.3;
 /// What a bias is uncertain by, as a share of it: it is as right as the noise of the null simulations.
@@ -65,7 +65,7 @@ pub struct StructureScale {
 }
 
 /// Calibration on the road; `bias` is in usual sizes.
-pub type RoadCalibration = Calibration<SizeScale>;
+pub(crate) type RoadCalibration = Calibration<SizeScale>;
 
 /// A candidate against its null simulations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ pub struct Calibrated {
 
 /// What one null simulation shows.
 #[derive(Debug)]
-pub struct Shown {
+pub(crate) struct Shown {
     scores: Vec<Score>,
     sizes: Rms,
     terms: Vec<Term>,
@@ -90,7 +90,7 @@ pub struct Shown {
 
 impl Shown {
     /// What the null simulation of a number shows of effects beside a model.
-    pub fn of(
+    pub(crate) fn of(
         simulation: &NullSimulation<'_>,
         model: &Base,
         effects: &[Effect],
@@ -122,7 +122,7 @@ pub fn calibrate(
 
 /// As [`calibrate`]: what each null simulation shows is taken from what is `kept` of simulations, model and
 /// effects that `key` stands for.
-pub fn calibrate_keeping(
+pub(crate) fn calibrate_keeping(
     kept: &Kept<Shown>,
     key: Key,
     simulation: &NullSimulation<'_>,

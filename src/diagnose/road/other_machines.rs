@@ -35,7 +35,7 @@ static ALL: LazyLock<OtherMachines> = LazyLock::new(|| toml::from_str(FILE).unwr
 
 /// Residual structure of a channel, in what 19 of 20 null simulations stay below, that other machines do not show;
 /// one where they show none.
-pub fn structure(channel: &str) -> f64 {
+pub(crate) fn structure(channel: &str) -> f64 {
     ALL.structure.get(channel).map_or(1.0, |x| x.max(1.0))
 }
 

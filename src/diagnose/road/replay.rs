@@ -51,7 +51,7 @@ const FALLEN: f64 = 1.5;
 const UPRIGHT: f64 = 0.1;
 
 /// The simulated motorcycle that the parameters describe.
-pub fn plant(values: &Parameters) -> Plant {
+pub(crate) fn plant(values: &Parameters) -> Plant {
     // one crown for the vehicle, shared by the tyres' widths
     let share = [1.0, values.width[1] / values.width[0]];
     let load =
@@ -113,7 +113,7 @@ pub enum From {
 }
 
 /// The channels that are simulated.
-pub const CHANNELS: [Channel; 9] = [
+pub(crate) const CHANNELS: [Channel; 9] = [
     Channel::VelocityX,
     Channel::VelocityY,
     Channel::AccelerationX,

@@ -17,7 +17,7 @@ use crate::statistics::smooth::smooth;
 use crate::store::tables::rows::{Ident, SimulatedSample};
 
 /// What is shown.
-pub const SHOWN: [Channel; 9] = [
+pub(crate) const SHOWN: [Channel; 9] = [
     Channel::VelocityX,
     Channel::VelocityY,
     Channel::AccelerationX,
@@ -30,10 +30,10 @@ pub const SHOWN: [Channel; 9] = [
 ];
 
 /// `[channel][manoeuvre][sample]`: smoothed signals where they are looked at; empty without the channel.
-pub type Shown = [Vec<Vec<f64>>; 9];
+pub(crate) type Shown = [Vec<Vec<f64>>; 9];
 
 /// The signals of a session at the looked-at samples of the manoeuvres that are wanted; of others none.
-pub fn shown(
+pub(crate) fn shown(
     session: &Session,
     simulation: &NullSimulation<'_>,
     of: impl Fn(usize) -> bool,
@@ -51,7 +51,7 @@ pub fn shown(
 
 /// Every looked-at manoeuvre simulated from its own start on a model fitted without it, with the effects that
 /// were found.
-pub fn simulated(
+pub(crate) fn simulated(
     samples: &Samples,
     simulation: &NullSimulation<'_>,
     model: &Base,
@@ -75,7 +75,7 @@ pub fn simulated(
 
 /// What was measured and what the models make of it.
 #[derive(Debug)]
-pub struct Replays {
+pub(crate) struct Replays {
     /// As logged.
     pub measured: Shown,
     /// On the base model.
@@ -86,7 +86,7 @@ pub struct Replays {
 
 impl Replays {
     /// Simulates all manoeuvres.
-    pub fn new(
+    pub(crate) fn new(
         session: &Session,
         samples: &Samples,
         simulation: &NullSimulation<'_>,
@@ -117,7 +117,7 @@ impl Replays {
     }
 
     /// The rows.
-    pub fn rows(
+    pub(crate) fn rows(
         &self,
         rate: f64,
         simulation: &NullSimulation<'_>,

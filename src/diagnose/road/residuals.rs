@@ -32,7 +32,7 @@ use crate::tyre::tyre_model::{Carcass, load_lead};
 pub const CHANNELS: [&str; 8] = ResidualChannel::NAMES;
 
 /// Their units; slips are in standard deviations.
-pub const UNITS: [&str; 8] = ResidualChannel::UNITS;
+pub(crate) const UNITS: [&str; 8] = ResidualChannel::UNITS;
 
 /// Deeper slip is sliding: the curve beyond its peak belongs to the stop, not to the tyre.
 const DEEPEST: f64 = -0.16;

@@ -12,9 +12,9 @@ use crate::simulate::effects::ride::{Brakes, acting_pressure, along_strip, brake
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
 
 /// Samples per second.
-pub const RATE: f64 = 10.0;
+pub(crate) const RATE: f64 = 10.0;
 /// Samples of a block: residuals are their means.
-pub const BLOCK: usize = 3;
+pub(crate) const BLOCK: usize = 3;
 /// Left out at the start of every manoeuvre, s: what came before still acts.
 const TRIM: f64 = 0.2;
 /// Slip ratio from which a wheel is on its way to lock or spin.

@@ -42,7 +42,7 @@ pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
 
 /// Scores of the parameters beyond the base's, from a linearisation of them all whose residuals are those at
 /// the base's values.
-pub fn scores(
+pub(crate) fn scores(
     samples: &Samples,
     base: &Base,
     parameters: &[Parameter],

@@ -24,7 +24,7 @@ const FEWEST: usize = 4;
 
 /// Spreads between manoeuvres.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Of base parameters: place among the parameters, standard deviation in scales.
     pub gains: Vec<(usize, f64)>,
     /// Base parameters that are not quite constant: place, value in scales.
@@ -35,7 +35,7 @@ pub struct Scatter {
 
 impl Scatter {
     /// That of a ride at a fit's optimum, where `linear` was made.
-    pub fn of(
+    pub(crate) fn of(
         samples: &Samples,
         problem: &Problem<'_>,
         linear: &Linear,
@@ -74,7 +74,13 @@ impl Scatter {
     }
 
     /// Adds scatter to the residuals of a null simulation.
-    pub fn add(&self, samples: &Samples, linear: &Linear, random: &mut Random, to: &mut Blocks) {
+    pub(crate) fn add(
+        &self,
+        samples: &Samples,
+        linear: &Linear,
+        random: &mut Random,
+        to: &mut Blocks,
+    ) {
         self.add_inconstant(samples, linear, random, to);
         for (_, range) in &samples.manoeuvres {
             let level = self.level * random.normal();

@@ -30,7 +30,7 @@ const TIMES: [f64; 2] = [0.4, 8.0];
 
 /// First-order drift of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drift {
+pub(crate) struct Drift {
     /// The signal.
     pub channel: Channel,
     /// Standard deviation, in the channel's unit.
@@ -41,7 +41,7 @@ pub struct Drift {
 
 /// The drift of velocities and roll in the used manoeuvres; a signal of which nothing is known has
 /// none.
-pub fn drifts(
+pub(crate) fn drifts(
     session: &Session,
     segments: &[Segment],
     samples: &Samples,
@@ -73,7 +73,7 @@ pub fn drifts(
 }
 
 /// Adds drift to a session.
-pub fn add(session: &mut Session, drifts: &[Drift], random: &mut Random) {
+pub(crate) fn add(session: &mut Session, drifts: &[Drift], random: &mut Random) {
     let dt = 1.0 / session.rate;
     for error in drifts {
         let mut noise = Coloured::new(error.sd, error.time, dt, random);

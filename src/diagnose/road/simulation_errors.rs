@@ -22,7 +22,7 @@ const DRAWS: usize = 400;
 const FEWEST: usize = 3;
 
 /// Rows by channel and kind of manoeuvre; `simulation` is on the model that is taken for right.
-pub fn simulation_errors(
+pub(crate) fn simulation_errors(
     replays: &Replays,
     simulation: &NullSimulation<'_>,
     seed: u64,

@@ -25,7 +25,7 @@ const TIMES_SIMULATED: usize = 3;
 
 /// What a stage is made for: a ride and all its candidates.
 #[derive(Debug, Clone, Copy)]
-pub struct Ride<'a> {
+pub(crate) struct Ride<'a> {
     /// What was measured.
     pub samples: &'a Samples,
     /// Every candidate.
@@ -36,7 +36,7 @@ pub struct Ride<'a> {
 
 impl Ride<'_> {
     /// A candidate by its place.
-    pub fn candidate(&self, place: usize) -> Candidate {
+    pub(crate) fn candidate(&self, place: usize) -> Candidate {
         let effect = &self.effects[place];
         Candidate {
             place,
@@ -52,12 +52,12 @@ impl Ride<'_> {
     }
 
     /// What is fitted of a candidate.
-    pub fn parameter(&self, candidate: &Candidate) -> Parameter {
+    pub(crate) fn parameter(&self, candidate: &Candidate) -> Parameter {
         self.effects[candidate.place].parameter()
     }
 
     /// Size of a candidate in a model, in its unit, beyond what is assumed of it.
-    pub fn size(&self, candidate: &Candidate, model: &Base) -> f64 {
+    pub(crate) fn size(&self, candidate: &Candidate, model: &Base) -> f64 {
         let p = self.parameter(candidate);
         p.get(&model.values) - p.get(&model.start)
     }
@@ -69,7 +69,7 @@ impl Ride<'_> {
 
 /// What namings of one ride by different constants have in common; by default nothing is kept.
 #[derive(Debug, Default)]
-pub struct Memory<'a> {
+pub(crate) struct Memory<'a> {
     /// Models fitted to the ride.
     models: Kept<Base>,
     /// Scores to first order on a model.
@@ -82,7 +82,7 @@ pub struct Memory<'a> {
 
 impl Memory<'_> {
     /// Keeps everything.
-    pub fn keeping() -> Self {
+    pub(crate) fn keeping() -> Self {
         Memory {
             models: Kept::keeping(),
             scores: Kept::keeping(),
@@ -92,7 +92,7 @@ impl Memory<'_> {
     }
 
     /// [`Base::extended`] by some candidates, along the slopes of all of them where these are known.
-    pub fn extended(
+    pub(crate) fn extended(
         &self,
         ride: &Ride<'_>,
         model: &Base,
@@ -107,7 +107,12 @@ impl Memory<'_> {
     }
 
     /// [`scan`] of some candidates.
-    pub fn scan(&self, ride: &Ride<'_>, model: &Base, effects: &[Effect]) -> Arc<Vec<Score>> {
+    pub(crate) fn scan(
+        &self,
+        ride: &Ride<'_>,
+        model: &Base,
+        effects: &[Effect],
+    ) -> Arc<Vec<Score>> {
         let made_from = (key_of(model), names(effects));
         self.scores.get_or(&made_from, || scan(ride.samples, model, effects))
     }
@@ -131,7 +136,7 @@ fn names(effects: &[Effect]) -> Vec<&'static str> {
 
 /// A model, and what candidates and structure show on null simulations of it.
 #[derive(Debug)]
-pub struct Stage<'a> {
+pub(crate) struct Stage<'a> {
     /// The base, or the base with causes.
     pub model: Base,
     /// Null simulations with the noise that the model leaves.
@@ -156,7 +161,7 @@ impl<'a> Stage<'a> {
     ///
     /// Null simulations of it tell what sizes its causes have. Candidates are held against them only where
     /// those of the stage before have it that one may be a cause as well: they cost the most.
-    pub fn next(
+    pub(crate) fn next(
         ride: &Ride<'_>,
         memory: &Memory<'a>,
         model: &Base,
@@ -233,7 +238,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Every open candidate.
-    pub fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
+    pub(crate) fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
         let judged = |(k, (place, score)): (usize, (&usize, &Score))| {
             let (strained, size) = self.strain_gains.get(k).copied().unwrap_or((0.0, 0.0));
             let relieves = strained > super::base::RELIEVED;
@@ -262,7 +267,7 @@ impl<'a> Stage<'a> {
 
     /// The residual structure: the term that gains most beyond its usual, how many times what null
     /// simulations show the most unusual term is, and the linearisation it was found in.
-    pub fn structure(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
+    pub(crate) fn structure(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
         let problem = self.model.problem(samples);
         let linear = problem.linear(&self.model.values);
         let terms = structure::terms(samples, &problem, &linear);
@@ -319,7 +324,7 @@ fn around(ride: &Ride<'_>, model: &Base, sizes: &Parameters, named: &[Cause]) ->
 ///
 /// A fit gives a share of a true size beside a bias that is there without it: noise in a regressor holds
 /// it back. The simulations, whose `fits` these are, tell both.
-pub fn true_sizes(
+pub(crate) fn true_sizes(
     ride: &Ride<'_>,
     model: &Base,
     simulated: &Parameters,

@@ -13,7 +13,7 @@ use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
 
 /// Variables that structure is looked for over.
-pub const COVARIATES: [&str; 10] = [
+pub(crate) const COVARIATES: [&str; 10] = [
     "speed",
     "roll",
     "size of roll",

@@ -7,7 +7,7 @@ const OF_SMALLEST: f64 = 0.623;
 
 /// Standard deviation of white noise from second differences: motion leaves next to none. Squares rather than
 /// a median: the differences of a coarsely rounded channel take few values.
-pub fn white_noise(x: &[f64]) -> f64 {
+pub(crate) fn white_noise(x: &[f64]) -> f64 {
     let difference = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).powi(2);
     let mut squares: Vec<f64> = x.windows(3).map(difference).filter(|d| d.is_finite()).collect();
     let moving = squares.iter().filter(|d| **d > 0.0).count();

@@ -14,15 +14,15 @@
 //! in off-road motorcycles", with the corrections of the book's chapter
 //! "Off the road".
 
-pub mod contact;
-pub mod kinematics;
-pub mod nnls;
-pub mod rider;
-pub mod solve;
-pub mod statistics;
-pub mod synchrony;
-pub mod table;
-pub mod weights;
+pub(crate) mod contact;
+pub(crate) mod kinematics;
+pub(crate) mod nnls;
+pub(crate) mod rider;
+pub(crate) mod solve;
+pub(crate) mod statistics;
+pub(crate) mod synchrony;
+pub(crate) mod table;
+pub(crate) mod weights;
 
 use serde::{Deserialize, Serialize};
 

@@ -7,7 +7,7 @@
 //! Nearly always every unknown is positive: that is tried first, and its optimality checked.
 
 /// Unknowns.
-pub const N: usize = 5;
+pub(crate) const N: usize = 5;
 
 /// A pivot smaller than this share of its diagonal is a column that the others already span: its
 /// unknown stays zero.

@@ -62,7 +62,7 @@ pub struct TyreForces {
 }
 
 /// The forces' names, in the order of `f_t`.
-pub const NAMES: [&str; 5] = ["n_f", "n_r", "b_f", "b_r", "d_r"];
+pub(crate) const NAMES: [&str; 5] = ["n_f", "n_r", "b_f", "b_r", "d_r"];
 
 impl TyreForces {
     fn with_capacity(n: usize) -> Self {

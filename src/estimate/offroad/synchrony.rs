@@ -24,7 +24,7 @@ const ALIKE: f64 = 0.7;
 const COARSE: f64 = 400.0;
 
 /// Compares the loggers; at most one warning, when they are apart by more than `max_lag` seconds.
-pub fn check(
+pub(crate) fn check(
     session: &Session,
     k: &Kinematics,
     machine: &Machine,
@@ -52,7 +52,7 @@ pub fn check(
 }
 
 /// Lag of the steering head behind the rest, s; `None` where it is not determined.
-pub fn lag(session: &Session, k: &Kinematics, machine: &Machine) -> Option<f64> {
+pub(crate) fn lag(session: &Session, k: &Kinematics, machine: &Machine) -> Option<f64> {
     let head = session.get(Channel::HeadAccelerationZ)?;
     let sensors = &machine.sensors;
     let (other, place) = match session.get(Channel::ChassisAccelerationZ) {

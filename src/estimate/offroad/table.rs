@@ -14,7 +14,7 @@ use crate::store::tables::{file, registry};
 ///
 /// # Errors
 /// The columns do not fit the schema: our own mistake.
-pub fn batch(
+pub(crate) fn batch(
     meta: &Meta,
     estimate: &Estimate,
     segments: &[Segment],

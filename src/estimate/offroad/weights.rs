@@ -77,7 +77,7 @@ impl Weights {
 }
 
 /// Which of the forces of a branch the remaining rows determine.
-pub fn determined(machine: &Machine, lost: [bool; 5], free: [bool; 5]) -> [bool; 5] {
+pub(crate) fn determined(machine: &Machine, lost: [bool; 5], free: [bool; 5]) -> [bool; 5] {
     let equations = &machine.equations;
     let weights = Weights::lengths(equations, lost);
     let mut at = posture(equations).at;

@@ -8,13 +8,13 @@ use crate::contract::session::Session;
 use crate::statistics::order::quantile;
 
 /// Of the columns, Hz. Central differences reach over one step to each side.
-pub const RATE: f64 = 10.0;
+pub(crate) const RATE: f64 = 10.0;
 /// Every this many columns is a sample of the fit: 5 Hz.
-pub const STEP: usize = 2;
+pub(crate) const STEP: usize = 2;
 /// Half the width of the kernel, s.
 const HALF: f64 = 0.25;
 /// Pressure below which a brake is off, Pa.
-pub const FREE_PRESSURE: f64 = 0.3e5;
+pub(crate) const FREE_PRESSURE: f64 = 0.3e5;
 /// Pressure from which a brake is on, Pa.
 const ON: f64 = 0.5e5;
 /// Throttle over its closed stop that still counts as closed.
@@ -146,7 +146,7 @@ fn clusters(closed: &[bool]) -> Vec<usize> {
 }
 
 /// Central difference per s.
-pub fn difference(x: &[f64]) -> Vec<f64> {
+pub(crate) fn difference(x: &[f64]) -> Vec<f64> {
     neighbours(x, |before, _, after| 0.5 * RATE * (after - before))
 }
 
@@ -156,7 +156,7 @@ fn average(x: &[f64]) -> Vec<f64> {
 }
 
 /// Of each sample and its neighbours; NaN at the ends.
-pub fn neighbours(x: &[f64], of: impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+pub(crate) fn neighbours(x: &[f64], of: impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; x.len()];
     for (o, w) in out.iter_mut().skip(1).zip(x.windows(3)) {
         *o = of(w[0], w[1], w[2]);

@@ -6,15 +6,15 @@
 //! the ride, [`model`] gives forces, slips ([`curve`]) and residuals of every sample, [`solve`] fits, and
 //! [`rows`] puts what is determined where the ordinary fits have nothing.
 
-pub mod columns;
-pub mod config;
-pub mod curve;
-pub mod model;
-pub mod parameters;
-pub mod rows;
-pub mod solve;
+pub(crate) mod columns;
+pub(crate) mod config;
+pub(crate) mod curve;
+pub(crate) mod model;
+pub(crate) mod parameters;
+pub(crate) mod rows;
+pub(crate) mod solve;
 
-pub use self::config::Config;
+pub(crate) use self::config::Config;
 use self::model::Model;
 use self::parameters::Prior;
 use crate::contract::bike::Bike;

@@ -30,7 +30,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::tyre::tyre::slip_stiffness_under;
 
 /// Residuals.
-pub const KINDS: usize = 4;
+pub(crate) const KINDS: usize = 4;
 /// Velocity against the front wheel.
 pub const A: usize = 0;
 /// Rear against front wheel.

@@ -85,7 +85,7 @@ pub fn fill(
 
 /// What is left of the ordinary front radius where there is no coasting and this fit found none: velocity over wheel
 /// speed under gentle drive, as they are.
-pub fn doubt(rows: &mut [Coefficient]) {
+pub(crate) fn doubt(rows: &mut [Coefficient]) {
     let own = |row: &&mut Coefficient| {
         row.coefficient == C::EffectiveRollingRadius.name() && row.tyre == Part::Front.name()
     };

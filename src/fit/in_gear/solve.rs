@@ -59,7 +59,7 @@ pub struct Fitted {
 }
 
 /// Fits a ride.
-pub fn fit(model: &Model<'_>, prior: &Prior, min_speed: f64) -> Option<Fitted> {
+pub(crate) fn fit(model: &Model<'_>, prior: &Prior, min_speed: f64) -> Option<Fitted> {
     let columns = model.columns;
     let mut theta = prior.mean;
     start_radii(columns, prior, &mut theta, min_speed)?;
@@ -339,7 +339,7 @@ fn kept_up<'a>(values: &[(f64, &'a Held)], columns: &Columns) -> Vec<(f64, &'a H
 /// The lower bound of the peak friction: what several manoeuvres kept up, upright, less its error.
 ///
 /// METHOD: one sample of a log at 10 Hz is an impulse of the suspension as often as a force of the tyre.
-pub fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> Option<f64> {
+pub(crate) fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> Option<f64> {
     let sign = if driven { 1.0 } else { -1.0 };
     let theta = &fitted.theta;
     let near = |held: &&Held| {
@@ -394,6 +394,6 @@ pub fn held_at(model: &Model<'_>, theta: &Theta, min_speed: f64) -> Vec<Held> {
 }
 
 /// Seconds of the samples that took part.
-pub fn duration(fitted: &Fitted) -> f64 {
+pub(crate) fn duration(fitted: &Fitted) -> f64 {
     fitted.held.len() as f64 * STEP as f64 / RATE
 }

@@ -27,7 +27,7 @@ impl Aids {
 ///
 /// # Errors
 /// A sentence that names the file.
-pub fn read_dbc(path: &Path) -> Result<String, String> {
+pub(crate) fn read_dbc(path: &Path) -> Result<String, String> {
     let bytes =
         std::fs::read(path).map_err(|e| format!("cannot read DBC {}: {e}", path.display()))?;
     Ok(match String::from_utf8(bytes) {

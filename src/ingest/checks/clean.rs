@@ -92,7 +92,7 @@ const QUICK: &[Channel] = &[
 const SHORTEST: f64 = 0.1;
 
 /// Cleans every channel, and takes out those with nothing in them.
-pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
+pub(crate) fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
     let table = session_table();
     let moving = moving_times(log);
     let start = log.span().0;

@@ -26,22 +26,22 @@ use crate::ingest::config::Config;
 use crate::ingest::error::Error;
 
 mod accelerations;
-pub mod aids;
+pub(crate) mod aids;
 mod angles;
 mod bends;
 #[cfg(test)]
 mod broken;
-pub mod clean;
+pub(crate) mod clean;
 mod controls;
 mod course;
 mod finding;
 mod impossible;
-pub mod judge;
+pub(crate) mod judge;
 mod slip;
 mod speeds;
 mod still;
 mod swapped;
-pub mod switches;
+pub(crate) mod switches;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -76,7 +76,7 @@ pub fn check(
 }
 
 /// What the same checks say of a session; it stays as it is.
-pub fn look(session: &Session, bike: Option<&Bike>, config: &Config) -> Vec<Warning> {
+pub(crate) fn look(session: &Session, bike: Option<&Bike>, config: &Config) -> Vec<Warning> {
     if !has_velocity(session) {
         return Vec::new();
     }

@@ -3,7 +3,7 @@
 use crate::statistics::order::upper_median_of;
 
 /// Least, middle and largest of the numbers that are finite, and their count; `None` of none.
-pub fn extent(values: &[f64]) -> Option<([f64; 3], usize)> {
+pub(crate) fn extent(values: &[f64]) -> Option<([f64; 3], usize)> {
     let finite = |v: &&f64| v.is_finite();
     let count = values.iter().map(|v| usize::from(v.is_finite())).sum::<usize>();
     if count < values.len() {

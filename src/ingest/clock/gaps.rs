@@ -7,7 +7,7 @@ use crate::ingest::clock::grid::{Interpolation, between};
 use crate::ingest::warning::warning;
 
 /// Fills runs of NaN between two samples that are at most `longest` samples apart.
-pub fn bridge(values: &mut [f64], longest: usize, kind: Interpolation) {
+pub(crate) fn bridge(values: &mut [f64], longest: usize, kind: Interpolation) {
     let Some(mut i) = values.iter().position(|v| v.is_nan()) else { return };
     while i < values.len() {
         if !values[i].is_nan() {
@@ -46,7 +46,7 @@ struct Gaps {
 }
 
 /// Warns of what stayed missing, once where several channels miss the same.
-pub fn report(session: &Session, limits: &[(Channel, f64)], warnings: &mut Vec<Warning>) {
+pub(crate) fn report(session: &Session, limits: &[(Channel, f64)], warnings: &mut Vec<Warning>) {
     let mut groups: Vec<(Gaps, f64, Vec<Channel>)> = Vec::new();
     for &(channel, limit) in limits {
         let ends = limit * session.rate;

@@ -3,11 +3,11 @@
 use crate::contract::channel::Channel;
 
 /// Largest distance from the clock that needs no interpolation, as a share of its period.
-pub const ON_CLOCK: f64 = 0.02;
+pub(crate) const ON_CLOCK: f64 = 0.02;
 
 /// The common clock.
 #[derive(Debug, Clone, Copy)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// Its first point, s.
     pub start: f64,
     /// Hz
@@ -18,7 +18,7 @@ pub struct Grid {
 
 /// How a channel is read between its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Interpolation {
+pub(crate) enum Interpolation {
     /// The nearest sample's: whole numbers.
     Nearest,
     /// A straight line: bounded quantities that step, where a cubic would overshoot.
@@ -29,7 +29,7 @@ pub enum Interpolation {
 
 impl Interpolation {
     /// Of a channel.
-    pub fn of(channel: Channel) -> Self {
+    pub(crate) fn of(channel: Channel) -> Self {
         match channel {
             Channel::Gear | Channel::LapNumber => Interpolation::Nearest,
             Channel::Throttle | Channel::BrakePressureFront | Channel::BrakePressureRear => {
@@ -41,7 +41,7 @@ impl Interpolation {
 }
 
 /// Value at `t` between samples `left` and `left + 1`.
-pub fn between(
+pub(crate) fn between(
     times: &[f64],
     samples: &[f64],
     left: usize,

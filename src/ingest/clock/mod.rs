@@ -7,16 +7,16 @@
 
 use std::sync::Arc;
 
-pub mod extent;
-pub mod gaps;
-pub mod grid;
-pub mod resample;
+pub(crate) mod extent;
+pub(crate) mod gaps;
+pub(crate) mod grid;
+pub(crate) mod resample;
 mod single;
-pub mod stamps;
+pub(crate) mod stamps;
 mod together;
 
 use single::Repaired;
-pub use single::{Clock, spread};
+pub(crate) use single::{Clock, spread};
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
@@ -25,7 +25,7 @@ use crate::ingest::raw::Track;
 
 /// A channel on a repaired clock.
 #[derive(Debug, Clone)]
-pub struct Timed {
+pub(crate) struct Timed {
     /// The channel.
     pub channel: Channel,
     /// Index of its clock.
@@ -36,7 +36,7 @@ pub struct Timed {
 
 /// A log with repaired clocks.
 #[derive(Debug, Clone)]
-pub struct Clocked {
+pub(crate) struct Clocked {
     /// The clocks, each shared by the channels that were logged together.
     pub clocks: Vec<Clock>,
     /// The channels.
@@ -55,7 +55,7 @@ struct Source {
 ///
 /// # Errors
 /// `no_time` when no channel has two usable stamps, `too_short` under 1 s.
-pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
+pub(crate) fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
     let mut sources: Vec<Source> = Vec::new();
     let mut source_of = Vec::with_capacity(tracks.len());
     let mut rows = 0;
@@ -108,7 +108,7 @@ pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked
 
 impl Clocked {
     /// First and last stamp of all, s.
-    pub fn span(&self) -> (f64, f64) {
+    pub(crate) fn span(&self) -> (f64, f64) {
         self.clocks.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
             let first = clock.stamps.first().copied().unwrap_or(start);
             let last = clock.stamps.last().copied().unwrap_or(end);

@@ -31,7 +31,7 @@ const MAX_SAMPLES: f64 = 2e7;
 /// # Errors
 /// `too_short` when no channel has a sample left, `file_too_large` when the stamps span more
 /// time than a ride can last.
-pub fn onto_one_clock(
+pub(crate) fn onto_one_clock(
     meta: Meta,
     log: Clocked,
     config: &Config,

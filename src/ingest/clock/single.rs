@@ -9,7 +9,7 @@ use crate::statistics::order::upper_median;
 
 /// Stamps that strictly increase.
 #[derive(Debug, Clone)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// s.
     pub stamps: Arc<Vec<f64>>,
     /// Usual distance between stamps, s.
@@ -269,7 +269,7 @@ fn coarse_clock(stamps: &[f64], kept: &[usize]) -> Option<Vec<f64>> {
 }
 
 /// Stamps that are coarser than the rows, spread over them; `None` of stamps that are not.
-pub fn spread(stamps: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn spread(stamps: &[f64]) -> Option<Vec<f64>> {
     let kept: Vec<usize> = (0..stamps.len()).filter(|&i| stamps[i].is_finite()).collect();
     let fitted = coarse_clock(stamps, &kept)?;
     let mut out = vec![f64::NAN; stamps.len()];

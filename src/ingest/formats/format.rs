@@ -54,7 +54,7 @@ pub struct LogFormat {
 }
 
 /// A format whose logs bring channels and clocks of their own.
-pub trait Format {
+pub(crate) trait Format {
     /// As [`LogFormat::name`].
     const NAME: &'static str;
     /// As [`LogFormat::description`].
@@ -108,10 +108,10 @@ impl Head<'_> {
 }
 
 /// How much of a file is looked at to recognise its format, bytes.
-pub const HEAD_LEN: u64 = 64 * 1024;
+pub(crate) const HEAD_LEN: u64 = 64 * 1024;
 
 /// The declaration of a format.
-pub const fn format<F: Format>() -> LogFormat {
+pub(crate) const fn format<F: Format>() -> LogFormat {
     LogFormat {
         name: F::NAME,
         description: F::DESCRIPTION,

@@ -34,7 +34,7 @@ use crate::store::objects::{Location, source};
 
 /// A GPX track.
 #[derive(Debug)]
-pub struct Gpx;
+pub(super) struct Gpx;
 
 /// The speed that is computed where none was recorded.
 const COMPUTED: &str = "speed_from_positions";

@@ -24,7 +24,7 @@ use crate::ingest::warning::warning;
 use crate::store::objects::{Location, source};
 
 /// The format.
-pub const FORMAT: LogFormat = LogFormat {
+pub(super) const FORMAT: LogFormat = LogFormat {
     name: "kiro",
     description: "The KIRO electric race motorcycle's text",
     channel_names: "column",

@@ -6,20 +6,20 @@ use crate::store::objects::Location;
 mod can;
 mod csv;
 mod ctrk;
-pub mod detect;
-pub mod format;
+pub(crate) mod detect;
+pub(crate) mod format;
 mod gpx;
 mod kiro;
-pub mod listing;
+pub(crate) mod listing;
 mod mcap;
 mod mdf;
 mod motec;
 pub(crate) mod parquet;
 mod sst;
-pub mod survey;
-pub mod table;
+pub(crate) mod survey;
+pub(crate) mod table;
 mod text_export;
-pub mod unread;
+pub(crate) mod unread;
 mod vbo;
 
 /// Every format, the most particular first: a log is of the first that takes it.
@@ -43,7 +43,7 @@ pub const FORMATS: &[LogFormat] = &[
 ];
 
 /// The extensions of logs, each once, in the order of [`FORMATS`].
-pub fn extensions() -> Vec<&'static str> {
+pub(crate) fn extensions() -> Vec<&'static str> {
     let mut all: Vec<&str> = Vec::new();
     for extension in FORMATS.iter().flat_map(|format| format.extensions) {
         if !all.contains(extension) {
@@ -54,6 +54,6 @@ pub fn extensions() -> Vec<&'static str> {
 }
 
 /// Whether a file is taken for a log by its name when a folder is searched.
-pub fn has_log_extension(file: &Location) -> bool {
+pub(crate) fn has_log_extension(file: &Location) -> bool {
     FORMATS.iter().flat_map(|format| format.extensions).any(|e| file.has_extension(e))
 }

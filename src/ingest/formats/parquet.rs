@@ -35,7 +35,7 @@ use crate::store::objects::source;
 use crate::store::objects::source::Source;
 
 /// The format.
-pub const FORMAT: LogFormat = LogFormat {
+pub(crate) const FORMAT: LogFormat = LogFormat {
     name: "parquet",
     description: "session.v1, and other tables with a clock",
     channel_names: "column",
@@ -100,7 +100,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
 }
 
 /// The contract's own columns; `decode` gives those at the given places as float64.
-pub fn read_contract(
+pub(crate) fn read_contract(
     log: &Location,
     schema: &Schema,
     meta: Meta,
@@ -351,7 +351,7 @@ fn decode(
 }
 
 /// The wanted columns hold numbers.
-pub fn check_kinds(log: &Location, schema: &Schema, wanted: &[usize]) -> Result<(), Error> {
+pub(crate) fn check_kinds(log: &Location, schema: &Schema, wanted: &[usize]) -> Result<(), Error> {
     for &i in wanted {
         let field = schema.field(i);
         let kind = field.data_type();
@@ -402,7 +402,7 @@ fn chunks(metadata: &ParquetMetaData, wanted: &[usize]) -> Vec<Range<u64>> {
 }
 
 /// Adds an array's numbers to a column, moving its buffer where that is possible.
-pub fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), String> {
+pub(crate) fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), String> {
     let start = column.len();
     let nulls = array.logical_nulls().filter(|n| n.null_count() > 0);
     match array.data_type() {
@@ -447,7 +447,7 @@ fn meta_of(log: &Location, metadata: &ParquetMetaData) -> Meta {
 }
 
 /// Session metadata by key.
-pub fn meta_from(get: impl Fn(&str) -> Option<String>) -> Meta {
+pub(crate) fn meta_from(get: impl Fn(&str) -> Option<String>) -> Meta {
     let get = |key: &str| get(key).filter(|v| !v.is_empty());
     Meta {
         session_id: get("session_id").unwrap_or_default(),

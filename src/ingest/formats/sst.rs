@@ -22,7 +22,7 @@ use crate::store::objects::{Location, source};
 
 /// A suspension log.
 #[derive(Debug)]
-pub struct Sst;
+pub(super) struct Sst;
 
 const HEADER: usize = 16;
 const VERSION: u8 = 3;

@@ -33,7 +33,7 @@ const UNREAD: &[(&str, &str)] = &[
 ];
 
 /// What to say of a log that no format claims, if its name or first bytes are known.
-pub fn advice(head: &Head<'_>) -> Option<&'static str> {
+pub(crate) fn advice(head: &Head<'_>) -> Option<&'static str> {
     let of = |ending: &str| UNREAD.iter().find(|u| u.0 == ending).map(|u| u.1);
     let by_bytes = match head.bytes {
         [0x1f, 0x8b, ..] => of(".gz"),

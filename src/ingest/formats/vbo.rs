@@ -35,7 +35,7 @@ use crate::store::objects::{Location, source};
 
 /// A VBOX text.
 #[derive(Debug)]
-pub struct Vbo;
+pub(super) struct Vbo;
 
 /// Bits of `sats` that count satellites; above them are flags.
 const SATELLITES: u32 = 0x3f;

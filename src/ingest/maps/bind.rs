@@ -18,7 +18,7 @@ pub(crate) fn is_for(map: &ChannelMap, listing: &Listing) -> bool {
 ///
 /// # Errors
 /// A name or a unit that does not fit, in a sentence that names the map and the entry.
-pub fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Error> {
+pub(crate) fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Error> {
     let mut fitted = map.clone();
     fitted.entries.clear();
     for entry in &map.entries {

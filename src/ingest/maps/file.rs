@@ -328,7 +328,7 @@ impl ChannelMap {
 }
 
 /// Name and text of the maps that come with the program, format by format.
-pub fn shipped_files() -> impl Iterator<Item = &'static ShippedMap> {
+pub(crate) fn shipped_files() -> impl Iterator<Item = &'static ShippedMap> {
     FORMATS.iter().flat_map(|format| format.maps)
 }
 

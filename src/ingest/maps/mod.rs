@@ -24,10 +24,10 @@ use crate::ingest::maps::units::Conversion;
 use crate::ingest::raw::{Column, Imu, Track};
 use crate::ingest::session_schema::si_unit;
 
-pub mod bind;
-pub mod file;
-pub mod propose;
-pub mod units;
+pub(crate) mod bind;
+pub(crate) mod file;
+pub(crate) mod propose;
+pub(crate) mod units;
 
 /// A checked channel map.
 #[derive(Debug, Clone)]
@@ -299,7 +299,7 @@ fn shifted(time: &Arc<Vec<f64>>, delay: f64, known: &mut Vec<Shifted>) -> Arc<Ve
 }
 
 /// Name and text of a channel map that comes with the program.
-pub type ShippedMap = (&'static str, &'static str);
+pub(crate) type ShippedMap = (&'static str, &'static str);
 
 /// A map of `pipelines/maps/` by its name.
 macro_rules! shipped_map {

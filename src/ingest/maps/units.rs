@@ -106,7 +106,7 @@ impl Conversion {
 ///
 /// # Errors
 /// A sentence that names the unit and lists those that would do.
-pub fn conversion(from: &str, to: &str) -> Result<Conversion, String> {
+pub(crate) fn conversion(from: &str, to: &str) -> Result<Conversion, String> {
     if from == to {
         return Ok(Conversion::IDENTITY);
     }
@@ -136,13 +136,13 @@ pub fn same(a: &str, b: &str) -> Option<bool> {
 }
 
 /// What a unit measures (`speed`, `angle`, ...); `None` if it is unknown.
-pub fn dimension(unit: &str) -> Option<&'static str> {
+pub(crate) fn dimension(unit: &str) -> Option<&'static str> {
     lookup(unit).map(|u| u.dimension)
 }
 
 /// A column's name without the unit that ends it in brackets, and that unit: `Speed (km/h)` is `Speed` in `km/h`.
 /// What stands in the brackets and is no unit belongs to the name.
-pub fn of_name(name: &str) -> (&str, Option<&str>) {
+pub(crate) fn of_name(name: &str) -> (&str, Option<&str>) {
     let name = name.trim();
     let within = |open: char, close: char| {
         let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
@@ -160,7 +160,7 @@ pub fn of_name(name: &str) -> (&str, Option<&str>) {
 }
 
 /// What stands within brackets, if anything does: `[km/h]` in a row of units.
-pub fn of_brackets(text: &str) -> &str {
+pub(crate) fn of_brackets(text: &str) -> &str {
     let text = text.trim();
     let within = |open: char, close: char| text.strip_prefix(open)?.strip_suffix(close);
     [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')]
@@ -171,7 +171,7 @@ pub fn of_brackets(text: &str) -> &str {
 
 /// The unit that a name says without brackets: as its last word (`speed_kmh`, `Lean deg`, `v - m/s`), or because the
 /// name is nothing but a unit (`Km/h`). Letters that may be places or axes are none.
-pub fn behind_name(name: &str) -> Option<&'static str> {
+pub(crate) fn behind_name(name: &str) -> Option<&'static str> {
     let mut plain = String::with_capacity(name.len() + 4);
     let mut last = ' ';
     for c in name.trim().chars() {

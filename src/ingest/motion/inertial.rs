@@ -43,7 +43,7 @@ const DEGREE: f64 = 111_194.926_644;
 
 /// The receiver's instants, if the log has an inertial unit. Its own channels are taken out of the log; its speed stays as
 /// forward velocity where there is no other.
-pub fn take_receiver(log: &mut Clocked) -> Option<Vec<Epoch>> {
+pub(crate) fn take_receiver(log: &mut Clocked) -> Option<Vec<Epoch>> {
     let has = |log: &Clocked, c: C| log.tracks.iter().any(|t| t.channel == c);
     let whole = RATES.iter().chain(&FORCES).all(|c| has(log, *c));
     let epochs = whole.then(|| epochs(log));
@@ -118,7 +118,7 @@ fn epochs(log: &Clocked) -> Vec<Epoch> {
 }
 
 /// Makes the level-frame channels, or says why not; the unit's own go. Whether there are such now.
-pub fn level(
+pub(crate) fn level(
     session: &mut Session,
     epochs: Option<Vec<Epoch>>,
     imu: Imu,

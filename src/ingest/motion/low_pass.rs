@@ -13,7 +13,7 @@ use crate::ingest::clock::grid::{Grid, ON_CLOCK};
 /// Half length of the low-pass, in periods of the clock.
 const HALF_LENGTH: f64 = 4.0;
 /// Its cut-off, as a share of the clock's rate.
-pub const CUT_OFF: f64 = 0.45;
+pub(crate) const CUT_OFF: f64 = 0.45;
 /// Steps of the table of weights per period of the clock: it is right to eleven digits.
 const STEPS: f64 = 256.0;
 /// Points of the clock that are computed at a time.
@@ -23,7 +23,12 @@ const EQUAL: f64 = 1e-9;
 
 /// The samples of one clock, channel by channel, on the grid. NaN within a gap (of samples more
 /// than `limit` apart, s), and beyond the first and the last sample.
-pub fn low_passed(times: &[f64], tracks: &[&[f64]], grid: Grid, limit: f64) -> Vec<Vec<f64>> {
+pub(crate) fn low_passed(
+    times: &[f64],
+    tracks: &[&[f64]],
+    grid: Grid,
+    limit: f64,
+) -> Vec<Vec<f64>> {
     let mut out: Vec<Vec<f64>> = tracks.iter().map(|_| vec![f64::NAN; grid.len]).collect();
     let mut parts: Vec<Vec<&mut [f64]>> = Vec::new();
     parts.resize_with(grid.len.div_ceil(POINTS), Vec::new);

@@ -15,7 +15,7 @@ const SLOWEST: f64 = 3.0;
 const FEWEST: usize = 20;
 
 /// Distance between two positions (degrees north and east) that are near each other, m.
-pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     let latitude = (0.5 * (a[0] + b[0])).to_radians();
     let flat = 1.0 - ECCENTRICITY * latitude.sin().powi(2);
     let across = RADIUS / flat.sqrt(); // of curvature from east to west
@@ -28,7 +28,7 @@ pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// How many times the speed of the positions in m/s a column of speeds is; `None` if they tell too little.
 ///
 /// `position` is latitude and longitude in degrees.
-pub fn ratio(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
+pub(crate) fn ratio(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
     let at = |i: usize| [position[0][i], position[1][i]];
     let mut ratios = Vec::new();
     let mut from = 0;
@@ -60,7 +60,7 @@ const LOOKED_AT: usize = 20_000;
 
 /// How many seconds a unit of the stamps is, by the way between the positions and the speed there in m/s; `None` if too
 /// little moves. Any clock will do, however wrong its unit.
-pub fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
+pub(crate) fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
     let mut factors = Vec::new();
     let (mut from, mut sum, mut count) = (None::<usize>, 0.0, 0.0);
     for i in (0..time.len()).step_by((time.len() / LOOKED_AT).max(1)) {
@@ -95,14 +95,14 @@ pub fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Optio
 }
 
 /// The middle of the speeds while it moves, whatever their unit.
-pub fn middle_speed(speed: &[f64]) -> Option<f64> {
+pub(crate) fn middle_speed(speed: &[f64]) -> Option<f64> {
     let most = speed.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut moving: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.05 * most).collect();
     crate::statistics::order::upper_median(&mut moving)
 }
 
 /// Takes positions out that no receiver gave: 0, 0 before the first fix, and what is on no globe. How many they are.
-pub fn without_fix(latitude: &mut [f64], longitude: &mut [f64]) -> usize {
+pub(crate) fn without_fix(latitude: &mut [f64], longitude: &mut [f64]) -> usize {
     let mut count = 0;
     for (north, east) in latitude.iter_mut().zip(longitude) {
         if (*north == 0.0 && *east == 0.0) || north.abs() > 90.0 || east.abs() > 360.0 {
@@ -117,7 +117,7 @@ pub fn without_fix(latitude: &mut [f64], longitude: &mut [f64]) -> usize {
 ///
 /// NaN where no position is near. Repeated positions of a receiver slower than the rows must be
 /// gone before.
-pub fn speed(time: &[f64], position: [&[f64]; 2], span: f64) -> Vec<f64> {
+pub(crate) fn speed(time: &[f64], position: [&[f64]; 2], span: f64) -> Vec<f64> {
     let known = |i: &usize| position.iter().all(|p| p[*i].is_finite()) && time[*i].is_finite();
     let there: Vec<usize> = (0..time.len()).filter(known).collect();
     let mut out = vec![f64::NAN; time.len()];

@@ -18,7 +18,7 @@ pub fn trace_angle(roll: f64, pitch: f64) -> f64 {
 
 /// Turns velocity, acceleration and yaw, given along the Euler yaw, into the trace's frame.
 /// The yaw rate is left: it is the Euler rate in both conventions.
-pub fn to_trace(session: &mut Session, warnings: &mut Vec<Warning>) {
+pub(crate) fn to_trace(session: &mut Session, warnings: &mut Vec<Warning>) {
     let (Some(roll), Some(pitch)) = (session.get(Channel::Roll), session.get(Channel::Pitch))
     else {
         warnings.push(warning(

@@ -105,7 +105,7 @@ fn entry(out: &mut String, number: &Number, schema: &KeyTable) {
 }
 
 /// What a number's uncertainty changes, the most first.
-pub fn cost_of(number: &Number) -> Option<String> {
+pub(crate) fn cost_of(number: &Number) -> Option<String> {
     let measure = Catalogue::builtin().measure(&number.key)?;
     let relative = 100.0 * number.known.sd / number.known.value.abs();
     let axle = number.key.split_once('.').map(|(axle, _)| axle);
@@ -160,7 +160,7 @@ fn leaf(key: &str) -> &str {
 }
 
 /// A number with as many digits as its uncertainty makes sense of.
-pub fn rounded(value: f64, sd: f64) -> String {
+pub(crate) fn rounded(value: f64, sd: f64) -> String {
     let scale = if sd > 0.0 { sd } else { value.abs().max(1e-12) * 1e-3 };
     // two digits of the uncertainty
     let place = scale.log10().floor() - 1.0;

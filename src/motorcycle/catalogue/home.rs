@@ -5,7 +5,7 @@ use super::numbers::Known;
 use crate::GRAVITY;
 
 /// A reading of a bathroom or luggage scale under a wheel, standard deviation, kg.
-pub const SCALE_SD: f64 = 0.7;
+pub(crate) const SCALE_SD: f64 = 0.7;
 /// A height by a tape, standard deviation, m.
 const TAPE_SD: f64 = 0.003;
 /// Share by which a rider sits otherwise the second time, of the height of the mass centre.
@@ -20,7 +20,7 @@ const WHEEL_SD: f64 = 0.1;
 ///
 /// # Errors
 /// A load is not positive.
-pub fn two_scales([front, rear]: [f64; 2], wheelbase: Known) -> Result<[Known; 2], String> {
+pub(crate) fn two_scales([front, rear]: [f64; 2], wheelbase: Known) -> Result<[Known; 2], String> {
     if !(front > 0.0 && rear > 0.0 && front.is_finite() && rear.is_finite()) {
         return Err(format!("loads of the wheels must be positive, in kg: {front}, {rear}"));
     }
@@ -43,7 +43,7 @@ pub fn two_scales([front, rear]: [f64; 2], wheelbase: Known) -> Result<[Known; 2
 ///
 /// # Errors
 /// The front wheel did not become heavier, or the lift is none.
-pub fn lifted_axle(
+pub(crate) fn lifted_axle(
     lift: f64,
     loads: [f64; 2],
     mass: Known,
@@ -80,7 +80,7 @@ pub fn lifted_axle(
 ///
 /// # Errors
 /// No wheel swings so.
-pub fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, String> {
+pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, String> {
     let of = |mass: f64, arm: f64, period: f64| {
         mass * arm * (GRAVITY * (period / std::f64::consts::TAU).powi(2) - arm)
     };

@@ -9,13 +9,13 @@
 //!
 //! The classes are data: `pipelines/bikes/catalogue.toml`.
 
-pub mod classes;
-pub mod file;
-pub mod home;
-pub mod numbers;
-pub mod owner;
-pub mod tyre_size;
+pub(crate) mod classes;
+pub(crate) mod file;
+pub(crate) mod home;
+pub(crate) mod numbers;
+pub(crate) mod owner;
+pub(crate) mod tyre_size;
 
-pub use classes::Catalogue;
-pub use owner::Owner;
-pub use tyre_size::TyreSize;
+pub(crate) use classes::Catalogue;
+pub(crate) use owner::Owner;
+pub(crate) use tyre_size::TyreSize;

@@ -20,7 +20,7 @@ const STIFFNESS_FACTOR: f64 = 1.9;
 /// Crown radius over width: a tread across the whole width is half a circle.
 const CROWN: f64 = 0.5;
 /// Forms that are read, for messages.
-pub const FORMS: &str =
+pub(crate) const FORMS: &str =
     "120/70ZR17, 130/80-17, 110/90 B 19, 3.50-18, 4.00H-18, 37-622, 700x38C or 29x2.2";
 
 /// A tyre's size.

@@ -7,7 +7,7 @@ use crate::report::plots::plot::{Axis, Section};
 
 /// A chart with its data.
 #[derive(Debug, Default, Serialize)]
-pub struct Chart {
+pub(crate) struct Chart {
     /// Name in the table; also its id on the page.
     pub name: String,
     /// Heading, above the chart.
@@ -52,7 +52,7 @@ pub struct Chart {
 /// A chart without its data: what the template needs.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in [`Chart`]
-pub struct Head<'a> {
+pub(crate) struct Head<'a> {
     pub place: usize,
     pub section: Section,
     pub title: &'a str,
@@ -64,7 +64,7 @@ pub struct Head<'a> {
 }
 
 /// The charts without their data.
-pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
+pub(crate) fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
     charts
         .iter()
         .enumerate()
@@ -82,7 +82,7 @@ pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
 }
 
 /// The residual charts by the fit they are of: its heading and its charts.
-pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
+pub(crate) fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
     let mut out: Vec<(&str, Vec<Head<'_>>)> = Vec::new();
     for head in heads(charts).into_iter().filter(|h| h.section == Section::Residual) {
         match out.last_mut().filter(|(title, _)| *title == head.title) {
@@ -95,7 +95,7 @@ pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
 
 /// Label and unit of an axis.
 #[derive(Debug, Default, Serialize)]
-pub struct Label {
+pub(crate) struct Label {
     /// The quantity along the axis.
     pub label: String,
     /// Unit; empty for pure numbers.
@@ -110,7 +110,7 @@ impl From<Axis> for Label {
 
 /// A line; `lo` and `hi` are empty where it has no band.
 #[derive(Debug, Default, Serialize)]
-pub struct Line {
+pub(crate) struct Line {
     /// Name of the series in the table.
     pub name: String,
     /// The series in the legend.
@@ -146,7 +146,7 @@ pub struct Line {
 
 /// A cloud of samples, each property a list in the same order.
 #[derive(Debug, Default, Serialize)]
-pub struct Cloud {
+pub(crate) struct Cloud {
     /// Name of the series in the table.
     pub name: String,
     /// Abscissae.
@@ -188,7 +188,7 @@ pub struct Cloud {
 
 /// A shaded stretch of the abscissa.
 #[derive(Debug, Default, Serialize)]
-pub struct Span {
+pub(crate) struct Span {
     /// Where it starts, in the unit of the abscissa.
     pub from: f64,
     /// Where it ends.

@@ -25,7 +25,7 @@ const TIME: Axis = Axis { label: "time", unit: "s", scale: 1.0 };
 
 /// Everything a session's page draws, as its script reads it.
 #[derive(Debug, Default, Serialize)]
-pub struct Figures {
+pub(crate) struct Figures {
     /// The fits over their data.
     pub charts: Vec<Chart>,
     /// Panels of the time line.
@@ -39,7 +39,7 @@ pub struct Figures {
 
 /// One segment of the time line.
 #[derive(Debug, Default, Serialize)]
-pub struct Segment {
+pub(crate) struct Segment {
     /// Number of the manoeuvre in its session.
     pub id: i64,
     /// Name of its kind.
@@ -60,7 +60,7 @@ pub struct Segment {
 
 /// Removes the abscissae of the time line's lines that equal those of its first line: the script
 /// restores them. They would be an eighth of the page.
-pub fn share_time(panels: &mut [Chart]) {
+pub(crate) fn share_time(panels: &mut [Chart]) {
     let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
         return;
     };
@@ -70,7 +70,7 @@ pub fn share_time(panels: &mut [Chart]) {
 }
 
 /// Builds a session's figures; a plot that the catalogue does not have is drawn as it is.
-pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
+pub(crate) fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
     let mut by: BTreeMap<&str, Vec<&PlotPoint>> = BTreeMap::new();
     for point in points {
         by.entry(&point.plot).or_default().push(point);

@@ -1,6 +1,6 @@
 //! The charts of the pages and of the static figures.
 
-pub mod chart;
-pub mod figures;
-pub mod pack;
-pub mod resolution;
+pub(crate) mod chart;
+pub(crate) mod figures;
+pub(crate) mod pack;
+pub(crate) mod resolution;

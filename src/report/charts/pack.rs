@@ -21,7 +21,7 @@ const LARGEST: f64 = 1e15;
 ///
 /// # Errors
 /// What serde says; plain structs of numbers and texts do not fail.
-pub fn pack<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
+pub(crate) fn pack<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
     let json = serde_json::to_vec(value)?;
     let mut deflate = Compressor::new(CompressionLvl::default());
     let mut packed = vec![0; deflate.zlib_compress_bound(json.len())];

@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 
 /// Largest score that the bar shows; beyond it is an arrow.
-pub const TOP: f64 = 4.0;
+pub(crate) const TOP: f64 = 4.0;
 
 /// A score as a bar; the rule stands at one, beyond which 19 of 20 nulls do not go.
-pub fn score(score: f64) -> String {
+pub(crate) fn score(score: f64) -> String {
     if !score.is_finite() {
         return String::new();
     }
@@ -27,14 +27,14 @@ pub fn score(score: f64) -> String {
 
 /// The abscissa that misfits share: multiples of the noise floor, logarithmic.
 #[derive(Debug, Clone, Copy)]
-pub struct Axis {
+pub(crate) struct Axis {
     low: f64,
     high: f64,
 }
 
 /// One channel's misfit, in multiples of its noise floor.
 #[derive(Debug, Clone, Copy)]
-pub struct Levels {
+pub(crate) struct Levels {
     /// Under the base model.
     pub base: f64,
     /// With the causes.
@@ -48,7 +48,7 @@ const WIDE: (f64, f64) = (220.0, 6.0);
 
 impl Axis {
     /// Wide enough for all, at least from a half to three.
-    pub fn of(levels: &[Levels]) -> Self {
+    pub(crate) fn of(levels: &[Levels]) -> Self {
         let all = levels.iter().flat_map(|l| [Some(l.base), l.extended]).flatten();
         let (low, high) = all
             .filter(|r| r.is_finite() && *r > 0.0)
@@ -63,7 +63,7 @@ impl Axis {
     }
 
     /// The ticks, for the head of the column.
-    pub fn ticks(&self) -> String {
+    pub(crate) fn ticks(&self) -> String {
         let mut marks = String::new();
         let mut texts = String::new();
         let mut last = f64::NEG_INFINITY;
@@ -84,7 +84,7 @@ impl Axis {
     }
 
     /// A misfit: from the base model's to that with the causes; the shade is what nulls show.
-    pub fn draw(&self, levels: Levels) -> String {
+    pub(crate) fn draw(&self, levels: Levels) -> String {
         let Levels { base, extended, largest } = levels;
         if !base.is_finite() {
             return String::new();
@@ -124,7 +124,7 @@ const TICKS: [(f64, &str); 10] = [
 ];
 
 /// A length against the longest of its kind, as a bar with a rule at its end.
-pub fn share(value: f64, longest: f64, class: &str) -> String {
+pub(crate) fn share(value: f64, longest: f64, class: &str) -> String {
     if !(value.is_finite() && longest > 0.0) {
         return String::new();
     }

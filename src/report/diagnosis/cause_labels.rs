@@ -10,7 +10,7 @@ use crate::store::tables::rows::CauseRow;
 
 /// What an effect of a size does, as a clause, and what it usually does where its size is not known; a
 /// name that this version does not know is read as it stands.
-pub fn effect(name: &str, size: Option<f64>) -> String {
+pub(crate) fn effect(name: &str, size: Option<f64>) -> String {
     match Effect::named(name) {
         Ok(effect) => effect.sentence_of(size.unwrap_or(f64::NAN)).to_owned(),
         Err(_) if name == UNEXPLAINED => "something that is no candidate".to_owned(),
@@ -19,18 +19,18 @@ pub fn effect(name: &str, size: Option<f64>) -> String {
 }
 
 /// What the effect of a name does in a ride, of whose rows one may have its size.
-pub fn effect_in(causes: &[CauseRow], name: &str) -> String {
+pub(crate) fn effect_in(causes: &[CauseRow], name: &str) -> String {
     effect(name, causes.iter().find(|c| c.effect == name).and_then(|c| c.value))
 }
 
 /// A sentence with its first letter large.
-pub fn sentence(text: &str) -> String {
+pub(crate) fn sentence(text: &str) -> String {
     let mut rest = text.chars();
     rest.next().map_or(String::new(), |c| c.to_uppercase().chain(rest).collect())
 }
 
 /// A residual or a signal; the roll balance has the name of the roll but another unit.
-pub fn channel(name: &str, unit: &str) -> String {
+pub(crate) fn channel(name: &str, unit: &str) -> String {
     match name {
         "force_x" => "force along the bike",
         "slip_front" => "front slip for its force",
@@ -53,7 +53,7 @@ pub fn channel(name: &str, unit: &str) -> String {
 }
 
 /// Signals in which a residual's misfit shows, the nearest first.
-pub fn signals_of(residual: &str) -> &'static [&'static str] {
+pub(crate) fn signals_of(residual: &str) -> &'static [&'static str] {
     match residual {
         "force_x" => &["acceleration_x", "velocity_x"],
         "slip_front" => &["wheel_speed_front", "velocity_x"],
@@ -68,7 +68,7 @@ pub fn signals_of(residual: &str) -> &'static [&'static str] {
 }
 
 /// The unit in which people read an angle, and from SI to it.
-pub fn readable(unit: &str) -> (String, f64) {
+pub(crate) fn readable(unit: &str) -> (String, f64) {
     match unit {
         "rad" => ("°".to_owned(), 180.0 / PI),
         other => (labels::unit(other), 1.0),
@@ -76,12 +76,12 @@ pub fn readable(unit: &str) -> (String, f64) {
 }
 
 /// A verdict in words; a name that this version does not know is read as it stands.
-pub fn verdict(name: &str) -> String {
+pub(crate) fn verdict(name: &str) -> String {
     Verdict::from_name(name).map_or_else(|| labels::spaced(name), |v| v.words().to_owned())
 }
 
 /// At which level a cause was found, where it is not the ride itself.
-pub fn level(name: &str) -> String {
+pub(crate) fn level(name: &str) -> String {
     match name {
         "" | "session" => String::new(),
         "bike" => "found over all rides of the bike".to_owned(),
@@ -94,7 +94,7 @@ pub fn level(name: &str) -> String {
 
 /// Value with its unit, and the 95 % interval, with as many digits as its width leaves meaning; empty
 /// where there is none. Angles are also given in degrees.
-pub fn size(row: &CauseRow) -> (String, String) {
+pub(crate) fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
     let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);
     let digits = number_format::decimals_of(value, u);

@@ -8,7 +8,7 @@ use crate::report::number_format::{self, fixed, typeset};
 
 /// The extended model, as `diagnose` wrote it.
 #[derive(Debug, Serialize)]
-pub struct Model {
+pub(crate) struct Model {
     /// Its file, below the output folder.
     pub file: String,
     /// What was added: sentence, name, size with its standard error, unit.
@@ -18,7 +18,7 @@ pub struct Model {
 }
 
 /// Reads a model file; `None` where it is none.
-pub fn model(text: &str, file: &str) -> Option<Model> {
+pub(crate) fn model(text: &str, file: &str) -> Option<Model> {
     let table: toml::Table = text.parse().ok()?;
     let number = |t: &toml::Table, key: &str| t.get(key).and_then(toml::Value::as_float);
     let effects = table.get("effects").and_then(toml::Value::as_table);

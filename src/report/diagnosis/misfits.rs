@@ -40,7 +40,7 @@ pub struct Change {
 }
 
 /// Discrepancies, the structured ones first, then by how far they are beyond every null.
-pub fn worst_first(rows: &[DiscrepancyRow]) -> Vec<&DiscrepancyRow> {
+pub(crate) fn worst_first(rows: &[DiscrepancyRow]) -> Vec<&DiscrepancyRow> {
     let ratio = |r: &DiscrepancyRow| r.rmse_base / r.null_largest.max(f64::MIN_POSITIVE);
     let mut out: Vec<&DiscrepancyRow> = rows.iter().filter(|r| r.rmse_base.is_finite()).collect();
     out.sort_by(|a, b| b.structured.cmp(&a.structured).then(ratio(b).total_cmp(&ratio(a))));

@@ -1,12 +1,12 @@
 //! The pages of diagnosed sessions.
 
-pub mod bars;
-pub mod cause_labels;
-pub mod extended_model;
-pub mod misfits;
-pub mod outcome;
-pub mod overlays;
-pub mod page;
-pub mod sessions;
-pub mod simulation;
-pub mod tables;
+pub(crate) mod bars;
+pub(crate) mod cause_labels;
+pub(crate) mod extended_model;
+pub(crate) mod misfits;
+pub(crate) mod outcome;
+pub(crate) mod overlays;
+pub(crate) mod page;
+pub(crate) mod sessions;
+pub(crate) mod simulation;
+pub(crate) mod tables;

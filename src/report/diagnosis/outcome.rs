@@ -49,7 +49,7 @@ pub struct Finding {
 /// One line of the run's page.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Entry {
+pub(crate) struct Entry {
     pub href: String,
     pub session_id: String,
     pub bike_id: String,
@@ -79,7 +79,7 @@ pub fn outcome(causes: &[CauseRow]) -> Outcome {
 }
 
 /// One line of the run's page.
-pub fn entry(
+pub(crate) fn entry(
     ident: &Ident,
     href: &str,
     causes: &[CauseRow],

@@ -23,7 +23,7 @@ const LOW: u32 = 150;
 
 /// An overlay: the chart over its residual.
 #[derive(Debug, Serialize)]
-pub struct Overlay {
+pub(crate) struct Overlay {
     /// Channel and kind of manoeuvre.
     pub title: String,
     /// Which manoeuvre is drawn, and its error under each model.
@@ -38,7 +38,7 @@ pub struct Overlay {
 
 /// How a signal is reproduced over the whole ride.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reproduced {
+pub(crate) struct Reproduced {
     /// Name of the channel, as in the table.
     pub channel: String,
     /// Its unit in the table.
@@ -107,7 +107,7 @@ struct Pick<'a> {
 /// What to draw: first where the causes make the simulation better, the manoeuvre that gains most and one that changes
 /// as all do; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are the
 /// discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
-pub fn overlays(
+pub(crate) fn overlays(
     rows: &[SimulatedSample],
     errors: &[SimulationError],
     misfits: &[&DiscrepancyRow],
@@ -328,7 +328,7 @@ const NOISE: &str = "noise alone";
 
 /// Residuals over all kinds of manoeuvre, by channel in the order of the rows: for a ride without
 /// replays.
-pub fn pooled(rows: &[DiscrepancyRow]) -> Vec<Reproduced> {
+pub(crate) fn pooled(rows: &[DiscrepancyRow]) -> Vec<Reproduced> {
     let mut by: BTreeMap<usize, (Reproduced, f64)> = BTreeMap::new();
     let mut order: Vec<&str> = Vec::new();
     for row in rows.iter().filter(|r| r.rmse_base.is_finite()) {

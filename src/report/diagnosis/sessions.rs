@@ -25,7 +25,7 @@ use crate::store::tables::rows::{
 
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
-pub struct Diagnosed {
+pub(crate) struct Diagnosed {
     out: PathBuf,
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
@@ -49,7 +49,7 @@ impl Diagnosed {
     ///
     /// # Errors
     /// A table cannot be read.
-    pub fn read(
+    pub(crate) fn read(
         out: &Path,
         sessions: &[SessionRow],
         pages: &[String],
@@ -80,18 +80,18 @@ impl Diagnosed {
     }
 
     /// The pages' file names.
-    pub fn pages(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn pages(&self) -> impl Iterator<Item = &str> {
         self.sessions.iter().map(|s| s.page.as_str())
     }
 
     /// The page of a session's diagnosis, if it has one.
-    pub fn page_of(&self, ident: &Ident) -> Option<&str> {
+    pub(crate) fn page_of(&self, ident: &Ident) -> Option<&str> {
         let found = self.sessions.binary_search_by(|s| s.ident.key().cmp(&ident.key())).ok()?;
         Some(&self.sessions[found].page)
     }
 
     /// Lines of the run's page.
-    pub fn entries(&self) -> Vec<outcome::Entry> {
+    pub(crate) fn entries(&self) -> Vec<outcome::Entry> {
         self.sessions
             .iter()
             .map(|s| {

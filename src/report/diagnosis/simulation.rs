@@ -69,7 +69,7 @@ impl Shown {
 }
 
 /// Errors before and after, beside what noise alone leaves.
-pub fn errors(row: &SimulationError) -> String {
+pub(crate) fn errors(row: &SimulationError) -> String {
     let shown = Shown::of(row);
     let number = |v| shown.number(v);
     let after = row.rmse_extended.map_or(String::new(), |e| format!(" → {}", number(e)));
@@ -79,13 +79,13 @@ pub fn errors(row: &SimulationError) -> String {
 }
 
 /// The same with channel and kind of manoeuvre.
-pub fn clause(row: &SimulationError) -> String {
+pub(crate) fn clause(row: &SimulationError) -> String {
     let channel = cause_labels::channel(&row.channel, &row.unit);
     format!("{channel} while {}: {}", kinds::label(&row.kind), errors(row))
 }
 
 /// What of a ride's simulation changes by the causes, and how that is told.
-pub fn simulation(rows: &[SimulationError]) -> Simulation {
+pub(crate) fn simulation(rows: &[SimulationError]) -> Simulation {
     let gains = SimulationError::gains(rows);
     let worse: Vec<&SimulationError> = rows.iter().filter(|r| r.is_worse()).collect();
     let extended = rows.iter().any(|r| r.rmse_extended.is_some());
@@ -122,14 +122,14 @@ pub fn simulation(rows: &[SimulationError]) -> Simulation {
 }
 
 /// The largest gain and whatever else must be said, in one line; empty where nothing was named.
-pub fn in_short(rows: &[SimulationError]) -> String {
+pub(crate) fn in_short(rows: &[SimulationError]) -> String {
     let Simulation { gains, remark, .. } = simulation(rows);
     let gain = gains.into_iter().next().map(|gain| gain + ".");
     gain.into_iter().chain(Some(remark).filter(|r| !r.is_empty())).collect::<Vec<_>>().join(" ")
 }
 
 /// Where the simulation stays wrong, in one line.
-pub fn wrong_in_short(rows: &[SimulationError]) -> String {
+pub(crate) fn wrong_in_short(rows: &[SimulationError]) -> String {
     let wrong = SimulationError::stays_wrong(rows);
     wrong.first().map_or(String::new(), |r| format!("{}.", sentence(&clause(r))))
 }

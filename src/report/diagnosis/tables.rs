@@ -13,7 +13,7 @@ use crate::store::tables::rows::{
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
+pub(crate) fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
     let mut rows: Vec<CauseRow> = read::rows(out)?;
     // what several sessions share has no page
     rows.retain(|r| r.ident.session_id != POOLED);
@@ -25,7 +25,7 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
+pub(crate) fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
     let mut rows: Vec<DiscrepancyRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
@@ -35,7 +35,7 @@ pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn simulation_errors(out: &Path) -> Result<Vec<SimulationError>, Error> {
+pub(crate) fn simulation_errors(out: &Path) -> Result<Vec<SimulationError>, Error> {
     let mut rows: Vec<SimulationError> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
@@ -45,7 +45,7 @@ pub fn simulation_errors(out: &Path) -> Result<Vec<SimulationError>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn replays(
+pub(crate) fn replays(
     files: &SessionFiles<SimulatedSample>,
     session: &Ident,
 ) -> Result<Vec<SimulatedSample>, Error> {

@@ -38,7 +38,7 @@ pub fn largest_errors(
 ///
 /// # Errors
 /// A sentence: the text is no tyre.
-pub fn largest_errors_beyond(
+pub(crate) fn largest_errors_beyond(
     text: &str,
     tyre: &Characterised,
     with_combined: bool,

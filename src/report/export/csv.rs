@@ -15,7 +15,7 @@ const POINTS: [usize; 4] = [41, 21, 17, 5];
 const COMBINED: [usize; 4] = [13, 9, 9, 1];
 
 /// The tables of some tyres of one session.
-pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
+pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     let session = &fitted.session;
     let mut out = String::new();
     let mut comment = |line: &str| {

@@ -107,7 +107,7 @@ impl Named {
 }
 
 /// Those that the export adds to a tyre, together.
-pub fn added(all: &[Named], axle: Axle) -> ModelError {
+pub(crate) fn added(all: &[Named], axle: Axle) -> ModelError {
     let mut error = ModelError::default();
     for one in all.iter().filter(|one| one.place(axle) == Place::Added) {
         (one.effect.set)(&mut error, one.value);
@@ -116,7 +116,7 @@ pub fn added(all: &[Named], axle: Axle) -> ModelError {
 }
 
 /// The note of a number that an effect changed, here or in `run --model`.
-pub fn noted(note: &str, all: &[Named], axle: Axle, name: &str) -> String {
+pub(crate) fn noted(note: &str, all: &[Named], axle: Axle, name: &str) -> String {
     let is_it = |one: &&Named| {
         one.effect.name == name && matches!(one.place(axle), Place::Added | Place::InCoefficients)
     };

@@ -59,6 +59,6 @@ impl Characterised {
 }
 
 /// Values from end to end, `n` of them.
-pub fn steps([low, high]: [f64; 2], n: usize) -> Vec<f64> {
+pub(crate) fn steps([low, high]: [f64; 2], n: usize) -> Vec<f64> {
     (0..n).map(|i| low + (high - low) * i as f64 / (n - 1) as f64).collect()
 }

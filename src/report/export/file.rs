@@ -16,33 +16,33 @@ use crate::report::number_format;
 use crate::store::tables::rows::{Coefficient, Status};
 
 /// Reference speed, m/s.
-pub const LONGVL: f64 = 16.7;
+pub(crate) const LONGVL: f64 = 16.7;
 /// Note of a coefficient that the form has and the tyre has not.
-pub const NO_LOAD: &str = "set: no load dependence per load, no offset";
+pub(crate) const NO_LOAD: &str = "set: no load dependence per load, no offset";
 
 /// A property file as it grows.
 #[derive(Default)]
-pub struct File(pub String);
+pub(crate) struct File(pub String);
 
 // writing to a String cannot fail
 impl File {
     /// `[NAME]`.
-    pub fn section(&mut self, name: &str) {
+    pub(crate) fn section(&mut self, name: &str) {
         let _ = writeln!(self.0, "\n[{name}]");
     }
 
     /// A line of its own for people.
-    pub fn comment(&mut self, text: &str) {
+    pub(crate) fn comment(&mut self, text: &str) {
         let _ = writeln!(self.0, "$ {}", one_line(text));
     }
 
     /// A number and where it comes from.
-    pub fn number(&mut self, key: &str, value: f64, note: &str) {
+    pub(crate) fn number(&mut self, key: &str, value: f64, note: &str) {
         self.put(key, &format!("{:?}", rounded(value)), note);
     }
 
     /// A text.
-    pub fn text(&mut self, key: &str, value: &str, note: &str) {
+    pub(crate) fn text(&mut self, key: &str, value: &str, note: &str) {
         self.put(key, &format!("'{value}'"), note);
     }
 
@@ -52,7 +52,7 @@ impl File {
     }
 
     /// A coefficient of the session, over what the key is normalised by.
-    pub fn coefficient(
+    pub(crate) fn coefficient(
         &mut self,
         key: &str,
         value: Result<(f64, &Coefficient), String>,
@@ -69,7 +69,7 @@ impl File {
 }
 
 /// Whose tyre it is and how the file is to be read, up to the units. `model` names the set.
-pub fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
+pub(crate) fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
     let (session, end) = (&fitted.session, c.axle.name());
     let tyre = match end {
         "front" => session.tyre_front.as_deref(),
@@ -106,14 +106,14 @@ pub fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
 const NO_KEY: [&str; 3] = ["radius_load", "radius_camber", "radius_speed"];
 
 /// What a diagnosis named: where it is, or that it is in no tyre.
-pub fn effects(file: &mut File, c: &Characterised) {
+pub(crate) fn effects(file: &mut File, c: &Characterised) {
     for line in c.effects(&NO_KEY) {
         file.comment(&line);
     }
 }
 
 /// Friction over load: the peak's gain and what the slip stiffness has of it.
-pub fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponent: f64) {
+pub(crate) fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponent: f64) {
     let note = |else_: &str| match c.error.friction_load == 0.0 {
         true => else_.to_owned(),
         false => c.noted("", "friction_load"),
@@ -123,7 +123,7 @@ pub fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponen
 }
 
 /// Rolling resistance over speed, where it depends on it.
-pub fn rolling_over_speed(file: &mut File, c: &Characterised) {
+pub(crate) fn rolling_over_speed(file: &mut File, c: &Characterised) {
     if c.error.rolling_speed != 0.0 {
         let note = c.noted("times LONGVL", "rolling_speed");
         file.number("QSY3", c.error.rolling_resistance(0.0, LONGVL), &note);
@@ -131,7 +131,7 @@ pub fn rolling_over_speed(file: &mut File, c: &Characterised) {
 }
 
 /// `[MDI_HEADER]` and `[UNITS]`.
-pub fn units(file: &mut File) {
+pub(crate) fn units(file: &mut File) {
     file.section("MDI_HEADER");
     file.text("FILE_TYPE", "tir", "");
     file.number("FILE_VERSION", 3.0, "");
@@ -149,7 +149,7 @@ pub fn units(file: &mut File) {
 }
 
 /// `USE_MODE` of what the ride gave: 1 longitudinal, 2 lateral, 3 both, 4 both combined.
-pub fn use_mode(c: &Characterised, with_combined: bool) -> f64 {
+pub(crate) fn use_mode(c: &Characterised, with_combined: bool) -> f64 {
     match (c.longitudinal, c.lateral) {
         (true, true) if with_combined => 4.0,
         (true, true) => 3.0,
@@ -159,7 +159,7 @@ pub fn use_mode(c: &Characterised, with_combined: bool) -> f64 {
 }
 
 /// `[DIMENSION]`, `[INERTIA]` and `[VERTICAL]`.
-pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) {
+pub(crate) fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) {
     let wheel = setting.bike.map(|bike| bike.wheel(c.axle));
     file.section("DIMENSION");
     if let Ok((radius, row)) = fitted.value(c.axle, C::EffectiveRollingRadius) {
@@ -199,7 +199,7 @@ pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setti
 }
 
 /// What the head says of the differences from the estimated tyre, read back.
-pub fn differences(
+pub(crate) fn differences(
     file: &mut File,
     c: &Characterised,
     ridden: &LargestErrors,
@@ -224,7 +224,7 @@ pub fn differences(
 }
 
 /// What the head says of the lateral peak.
-pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
+pub(crate) fn peak(file: &mut File, c: &Characterised, peak: f64) {
     let assumed = Validity::of(c).peak / c.tyre.tyre.reference_friction;
     file.comment(&format!(
         "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.15 times {assumed:.3},"
@@ -235,7 +235,7 @@ pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
 }
 
 /// What the head says of the road of the ride.
-pub fn road(file: &mut File, c: &Characterised) {
+pub(crate) fn road(file: &mut File, c: &Characterised) {
     let friction = c.tyre.tyre.reference_friction;
     file.comment(&format!(
         "Ridden on a road of friction {friction} (--friction). PDX1, PDY1 and what goes with them are those of a"
@@ -246,7 +246,7 @@ pub fn road(file: &mut File, c: &Characterised) {
 }
 
 /// Stiffness of the carcass over load, along and across.
-pub fn carcass(file: &mut File, [along, across]: [[f64; 2]; 2]) {
+pub(crate) fn carcass(file: &mut File, [along, across]: [[f64; 2]; 2]) {
     let note = "set: as the slip stiffness, for one relaxation length at every load";
     file.number("PCFX1", along[0], note);
     file.number("PCFX2", along[1], note);
@@ -257,7 +257,7 @@ pub fn carcass(file: &mut File, [along, across]: [[f64; 2]; 2]) {
 }
 
 /// The ranges in which the file may be used: wider than what was ridden, see [`super::validity`].
-pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
+pub(crate) fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
     let validity = Validity::of(c);
     let ends = validity.ends;
     let r = &c.ranges;
@@ -308,12 +308,12 @@ pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
 }
 
 /// A value for a comment.
-pub fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     number_format::fixed(value, number_format::decimals_of(value, None))
 }
 
 /// Where a coefficient comes from, for its comment.
-pub fn origin(row: &Coefficient) -> String {
+pub(crate) fn origin(row: &Coefficient) -> String {
     let shown = crate::report::coefficient_text::CoefficientText::of(row).interval(" to ");
     let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
     match row.status {
@@ -336,6 +336,6 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// A log's text cannot start a line of its own.
-pub fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

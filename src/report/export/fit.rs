@@ -19,15 +19,15 @@ use crate::tyre::tyre_model::TyreModel;
 /// (within 0.2 % up to three times the nominal load).
 const PKY3: f64 = 50.0;
 /// Shape of the trail over slip.
-pub const QCZ1: f64 = 1.1;
+pub(crate) const QCZ1: f64 = 1.1;
 /// How far the lateral peak may lie above the one that is assumed ([`Validity::peak`]): no ride has shown it.
-pub const PEAK: f64 = 1.15;
+pub(crate) const PEAK: f64 = 1.15;
 
 /// The motorcycle set of a characterised tyre.
 ///
 /// # Errors
 /// A sentence: the fit does not come to an end.
-pub fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
+pub(crate) fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
     let over_load = OverLoad::of(tyre);
     let mut set = start(tyre, &over_load);
     lateral(tyre, &mut set, &over_load)?;
@@ -108,7 +108,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
 
 /// `QBZ1` with which `cos(QCZ1 atan(QBZ1 alpha))` stays closest to how slip shortens the trail (eq. 11), over all
 /// slip angles of the file; `of` is what the form has for the slip angle.
-pub fn trail_shrinks(c: &Characterised, of: fn(f64) -> f64) -> f64 {
+pub(crate) fn trail_shrinks(c: &Characterised, of: fn(f64) -> f64) -> f64 {
     let t = &c.tyre.tyre;
     let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let left = |a: f64| (1.0 - k_alpha / (3.0 * t.reference_friction) * a.tan()).max(0.0);
@@ -124,7 +124,7 @@ pub fn trail_shrinks(c: &Characterised, of: fn(f64) -> f64) -> f64 {
 /// `QDZ1 R0` and `QDZ2 R0`, m: the trail grows with the root of the load (eq. 12), which the form's
 /// `load (QDZ1 + QDZ2 dfz)` has right at the nominal load, and as close as it can over the ridden loads and, with a
 /// third of the weight, over those of the file.
-pub fn trail_over_load(c: &Characterised, over_load: &OverLoad) -> [f64; 2] {
+pub(crate) fn trail_over_load(c: &Characterised, over_load: &OverLoad) -> [f64; 2] {
     let t = &c.tyre.tyre;
     let trail = |load: f64| trail_0(t.rolling_radius, t.vertical_stiffness, load);
     // more trail does not depend on load
@@ -152,7 +152,7 @@ pub fn trail_over_load(c: &Characterised, over_load: &OverLoad) -> [f64; 2] {
 }
 
 /// The slope of the line that stays closest to `tan` up to an angle: the form is linear in camber.
-pub fn linear(most: f64) -> f64 {
+pub(crate) fn linear(most: f64) -> f64 {
     let off = |slope: f64| {
         let angles = (1..=50).map(|i| most * f64::from(i) / 50.0);
         angles.map(|g| (g.tan() - slope * g).abs()).fold(0.0, f64::max)
@@ -169,7 +169,7 @@ fn share(pky3: f64) -> f64 {
 
 /// `pKy3` with which the stiffness per load gains a share of itself with the nominal load once more, to first
 /// order: `1/(1 + (Fz/(pKy3 Fz0))²)` loses `2/(1 + pKy3²)`. The form has no gain.
-pub fn proportional(gain: f64) -> f64 {
+pub(crate) fn proportional(gain: f64) -> f64 {
     if gain < 0.0 { (-2.0 / gain - 1.0).max(1.0).sqrt().min(PKY3) } else { PKY3 }
 }
 
@@ -267,13 +267,13 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
 }
 
 /// Weight of side forces beyond what was ridden: little, the ridden ones are known.
-pub const LATERAL: f64 = 0.006;
+pub(crate) const LATERAL: f64 = 0.006;
 /// Of side forces beyond, over the largest: one tyre in 24 was 0.7 off where the form fits ill.
-pub const MOST: f64 = 0.25;
+pub(crate) const MOST: f64 = 0.25;
 /// Weight of combined slip beyond: nobody rides it, so that small slips count no more than large ones.
-pub const COMBINED_BEYOND: f64 = 0.15;
+pub(crate) const COMBINED_BEYOND: f64 = 0.15;
 /// Of the weighting functions: a cosine whose argument stays below a right angle turns no force's sign.
-pub const COMBINED: [(f64, f64); 3] = [(0.0, 100.0), (0.0, 100.0), (0.2, 1.0)];
+pub(crate) const COMBINED: [(f64, f64); 3] = [(0.0, 100.0), (0.0, 100.0), (0.2, 1.0)];
 
 const ALONG: Force<MfMc> = (MfMc::force_x, |o| o.force_x);
 const SIDE: Force<MfMc> = (MfMc::force_y, |o| o.force_y);

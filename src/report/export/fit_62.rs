@@ -20,13 +20,13 @@ use crate::tyre::mf_62::Mf62;
 use crate::tyre::tyre_model::TyreModel;
 
 /// `PKY2`: so large that the stiffness is proportional to load (within 1 % up to twice the nominal load).
-pub const PKY2: f64 = 20.0;
+pub(crate) const PKY2: f64 = 20.0;
 
 /// The 6.2 set of a characterised tyre.
 ///
 /// # Errors
 /// A sentence: the fit does not come to an end.
-pub fn magic_formula_62(c: &Characterised) -> Result<Mf62, String> {
+pub(crate) fn magic_formula_62(c: &Characterised) -> Result<Mf62, String> {
     let over_load = OverLoad::of(c);
     let mut set = start(c, &over_load)?;
     lateral(c, &mut set)?;

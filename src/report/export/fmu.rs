@@ -80,7 +80,7 @@ const UNITS: [(&str, &[(&str, &str)]); 11] = [
 ///
 /// # Errors
 /// A sentence that names the half of the tyre that was not ridden: the unit evaluates whole tyres.
-pub fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, String> {
+pub(crate) fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, String> {
     let header = header::write(fitted, std::slice::from_ref(tyre))?;
     // of the tyre and the interface alone: the same unit of the same session, on any day
     let token = blake3::hash([header.as_bytes(), SOURCE.as_bytes()].concat().as_slice()).to_hex();

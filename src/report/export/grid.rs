@@ -7,7 +7,7 @@ use crate::tyre::tyre::Input;
 
 /// The points of some ranges at which a tyre is compared.
 #[derive(Debug, Clone, Copy)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// The ranges.
     pub ends: Ends,
     /// Largest side force over load; points with more are left out.
@@ -19,29 +19,29 @@ pub struct Grid {
 impl Grid {
     /// What was ridden. The side force is part of it: a large angle beside a large camber was not ridden, and the
     /// model is linear there for ever.
-    pub fn ridden(tyre: &Characterised) -> Self {
+    pub(crate) fn ridden(tyre: &Characterised) -> Self {
         Grid { ends: Ends::of(tyre), side: tyre.ridden_side() * (1.0 + 1e-9), lateral: [17, 25] }
     }
 
     /// All that a file's ranges hold, as far as the estimated tyre's side force is believed.
-    pub fn extended(tyre: &Characterised) -> Self {
+    pub(crate) fn extended(tyre: &Characterised) -> Self {
         let validity = Validity::of(tyre);
         Grid { ends: validity.ends, side: validity.peak, lateral: [29, 21] }
     }
 
     /// All that a file's ranges hold.
-    pub fn whole(tyre: &Characterised) -> Self {
+    pub(crate) fn whole(tyre: &Characterised) -> Self {
         Grid { side: f64::INFINITY, lateral: [17, 13], ..Grid::extended(tyre) }
     }
 
     /// Pure longitudinal slip, upright.
-    pub fn longitudinal(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
+    pub(crate) fn longitudinal(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
         let slips = steps(self.ends.slip_ratio, 81);
         slips.into_iter().map(|s| tyre.input(s, 0.0, 0.0, load)).collect()
     }
 
     /// Slip angle and camber without slip ratio.
-    pub fn lateral(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
+    pub(crate) fn lateral(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
         let (angle, camber) = (self.ends.slip_angle, self.ends.camber);
         let most = self.side * load;
         let mut out = Vec::new();
@@ -57,7 +57,7 @@ impl Grid {
     }
 
     /// All three slips at once.
-    pub fn combined(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
+    pub(crate) fn combined(&self, tyre: &Characterised, load: f64) -> Vec<Input> {
         let (angle, camber) = (self.ends.slip_angle, self.ends.camber);
         let most = self.side * load;
         let mut out = Vec::new();
@@ -81,11 +81,11 @@ pub fn longitudinal(tyre: &Characterised, load: f64) -> Vec<Input> {
 }
 
 /// Ridden points without slip ratio.
-pub fn lateral(tyre: &Characterised, load: f64) -> Vec<Input> {
+pub(crate) fn lateral(tyre: &Characterised, load: f64) -> Vec<Input> {
     Grid::ridden(tyre).lateral(tyre, load)
 }
 
 /// Points of all three slips, each within what was ridden.
-pub fn combined(tyre: &Characterised, load: f64) -> Vec<Input> {
+pub(crate) fn combined(tyre: &Characterised, load: f64) -> Vec<Input> {
     Grid::ridden(tyre).combined(tyre, load)
 }

@@ -14,7 +14,7 @@ const TEMPLATE: &str = include_str!("tyre.h");
 ///
 /// # Errors
 /// A sentence that names the tyre of which a half was not ridden: the header evaluates whole tyres.
-pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String> {
+pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String> {
     let session = &fitted.session;
     let mut constants = String::new();
     for tyre in tyres {

@@ -17,7 +17,7 @@ use crate::tyre::mf_62::Mf62;
 ///
 /// # Errors
 /// A sentence: the fit fails, or the file could not be read back.
-pub fn write(
+pub(crate) fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,

@@ -16,25 +16,25 @@
 //! load is said in a property file. [`written`] is the one call for all formats. All are written from the output tables
 //! alone (and, for what no ride gives, the bike file).
 
-pub mod check;
-pub mod csv;
-pub mod effects;
-pub mod ends;
-pub mod file;
-pub mod fit;
-pub mod fit_62;
-pub mod fitted;
-pub mod fmu;
-pub mod grid;
-pub mod header;
-pub mod magic_formula_62;
-pub mod motorcycle;
-pub mod numbers;
-pub mod over_load;
-pub mod ranges;
-pub mod reduced;
-pub mod shape;
-pub mod tydex;
-pub mod tyre;
-pub mod validity;
-pub mod written;
+pub(crate) mod check;
+pub(crate) mod csv;
+pub(crate) mod effects;
+pub(crate) mod ends;
+pub(crate) mod file;
+pub(crate) mod fit;
+pub(crate) mod fit_62;
+pub(crate) mod fitted;
+pub(crate) mod fmu;
+pub(crate) mod grid;
+pub(crate) mod header;
+pub(crate) mod magic_formula_62;
+pub(crate) mod motorcycle;
+pub(crate) mod numbers;
+pub(crate) mod over_load;
+pub(crate) mod ranges;
+pub(crate) mod reduced;
+pub(crate) mod shape;
+pub(crate) mod tydex;
+pub(crate) mod tyre;
+pub(crate) mod validity;
+pub(crate) mod written;

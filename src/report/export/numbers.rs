@@ -7,7 +7,7 @@ use super::ends::Ends;
 use super::tyre::Characterised;
 
 /// One number of a tyre.
-pub struct Number {
+pub(crate) struct Number {
     /// Its name in the file.
     pub name: &'static str,
     /// SI unit, or nothing.
@@ -25,7 +25,7 @@ macro_rules! numbers {
 }
 
 /// Every number.
-pub const ALL: &[Number] = numbers! {
+pub(crate) const ALL: &[Number] = numbers! {
     mf_b, "", "stiffness factor of longitudinal friction, eq. 28", |c, _| c.tyre.tyre.friction.b;
     mf_c, "", "shape factor, eq. 28", |c, _| c.tyre.tyre.friction.c;
     mf_d, "", "peak, eq. 28", |c, _| c.tyre.tyre.friction.d;

@@ -13,7 +13,7 @@ use crate::tyre::tyre::slip_stiffness_under;
 
 /// What changes with load, each over its value under the load at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OverLoad {
+pub(crate) struct OverLoad {
     /// Friction at the nominal load, and what it gains with the nominal load once more.
     pub friction: [f64; 2],
     /// Slip stiffness per load without the friction, likewise.
@@ -27,7 +27,7 @@ pub struct OverLoad {
 
 impl OverLoad {
     /// Of a tyre.
-    pub fn of(c: &Characterised) -> Self {
+    pub(crate) fn of(c: &Characterised) -> Self {
         let rest = c.tyre.nominal_load;
         let extra = |dfz: f64| c.load() * (1.0 + dfz) / rest - 1.0;
         let line = |value: &dyn Fn(f64) -> f64| {
@@ -55,13 +55,13 @@ impl OverLoad {
     }
 
     /// What the side force per load gains with the nominal load once more, over that at the nominal load.
-    pub fn side_force_gain(&self) -> f64 {
+    pub(crate) fn side_force_gain(&self) -> f64 {
         self.side_force[1] / self.side_force[0]
     }
 
     /// Stiffness of a carcass over its load, `1 + a dfz + b dfz²`, with which a relaxation length is the same at every
     /// load: in proportion to a slip stiffness (of a load, N), closest over the loads of the file.
-    pub fn carcass(c: &Characterised, stiffness: impl Fn(f64) -> f64) -> [f64; 2] {
+    pub(crate) fn carcass(c: &Characterised, stiffness: impl Fn(f64) -> f64) -> [f64; 2] {
         let nominal = stiffness(c.load());
         let [mut aa, mut ab, mut bb, mut ay, mut by] = [0.0; 5];
         for load in steps(Validity::of(c).ends.load, 59) {
@@ -80,7 +80,7 @@ impl OverLoad {
     }
 
     /// `PKX1` and `PKX2` of a slip stiffness per load (the curve's own).
-    pub fn slip_stiffness_of(&self, curve: f64) -> [f64; 2] {
+    pub(crate) fn slip_stiffness_of(&self, curve: f64) -> [f64; 2] {
         self.slip_stiffness.map(|share| curve * self.friction[0] * share)
     }
 }

@@ -27,7 +27,7 @@ use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
 
 /// Where `PKX2` comes from.
-pub const GAIN: &str = "PKX1 times slip_stiffness_load";
+pub(crate) const GAIN: &str = "PKX1 times slip_stiffness_load";
 
 /// The property file of one tyre, and, where it holds both halves, how well it gives the tyre back.
 ///

@@ -12,13 +12,13 @@ use crate::statistics::nonlinear::{self, Model, Options};
 use crate::tyre::tyre::{Input, Output};
 
 /// Puts parameters into a set.
-pub type Apply<S> = fn(&mut S, &[f64]);
+pub(crate) type Apply<S> = fn(&mut S, &[f64]);
 
 /// A force of a set by itself, and that of a tyre.
-pub type Force<S> = (fn(&S, &Input) -> f64, fn(&Output) -> f64);
+pub(crate) type Force<S> = (fn(&S, &Input) -> f64, fn(&Output) -> f64);
 
 /// What is shaped, and within which bounds.
-pub struct Shape<'a, S> {
+pub(crate) struct Shape<'a, S> {
     /// Which force.
     pub force: Force<S>,
     /// Road friction at which the set is asked, where it is not that of the ride.
@@ -46,7 +46,7 @@ impl<S> Shape<'_, S> {
 const HEAVIER: [f64; 3] = [1.0, 4.0, 16.0];
 
 /// Which points a shape is fitted to.
-pub type Points = fn(&Grid, &Characterised, f64) -> Vec<Input>;
+pub(crate) type Points = fn(&Grid, &Characterised, f64) -> Vec<Input>;
 
 struct Curve<'a, S> {
     set: &'a S,
@@ -85,7 +85,7 @@ impl<S: Clone> Model for Curve<'_, S> {
 ///
 /// # Errors
 /// A sentence: the fit does not come to an end.
-pub fn solve<S: Clone>(
+pub(crate) fn solve<S: Clone>(
     c: &Characterised,
     set: &mut S,
     points: Points,

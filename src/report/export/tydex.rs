@@ -23,7 +23,7 @@ const NO_CHANNEL: [&str; 4] = ["rolling_speed", "radius_load", "radius_camber", 
 ///
 /// # Errors
 /// A sentence: a half of the tyre was not ridden.
-pub fn write(fitted: &Fitted, c: &Characterised) -> Result<String, String> {
+pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, String> {
     if let Some(half) = c.missing_half() {
         return Err(half);
     }

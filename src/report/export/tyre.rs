@@ -65,7 +65,7 @@ impl Default for Setting<'_> {
 }
 
 /// Load where neither a bike file nor the user says one, N.
-pub const LOAD: f64 = 1500.0;
+pub(crate) const LOAD: f64 = 1500.0;
 
 impl Setting<'_> {
     /// Nominal load, N: what was asked for, else the static one, else [`LOAD`].
@@ -239,7 +239,7 @@ fn ridden_side(tyre: &Tyre, ranges: &Ranges) -> f64 {
 }
 
 /// What a file of some tyres of one session says of the effects; `left_out` are those that its form has no place for.
-pub fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
+pub(crate) fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
     let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
     tyres.first().map_or(Vec::new(), |c| effects::lines(&c.named, &axles, left_out))
 }

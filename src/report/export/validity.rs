@@ -17,13 +17,13 @@ use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 
 /// Largest slip ratio, both ways: a locked wheel, and one that spins at twice the speed of the road.
-pub const SLIP_RATIO: f64 = 1.0;
+pub(crate) const SLIP_RATIO: f64 = 1.0;
 /// Largest slip angle, rad (20 degrees): what a sliding rear wheel has.
-pub const SLIP_ANGLE: f64 = 0.35;
+pub(crate) const SLIP_ANGLE: f64 = 0.35;
 /// Largest camber, rad (57 degrees).
-pub const CAMBER: f64 = 1.0;
+pub(crate) const CAMBER: f64 = 1.0;
 /// Loads over the nominal one.
-pub const LOAD: [f64; 2] = [0.1, 3.0];
+pub(crate) const LOAD: [f64; 2] = [0.1, 3.0];
 /// Least share of the peak friction that a plausible friction curve keeps.
 const LEAST_FRICTION: f64 = 0.3;
 /// Share of the peak friction up to which the longitudinal curve rises.
@@ -31,7 +31,7 @@ const RISES: f64 = 0.9;
 
 /// Where a file may be used, and how far the estimated tyre is linear in the slip angle there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Validity {
+pub(crate) struct Validity {
     /// The ranges.
     pub ends: Ends,
     /// Slip angle at which the upright estimated tyre's side force reaches [`Validity::peak`], rad: beyond it the
@@ -46,7 +46,7 @@ const ABOVE_RIDDEN: f64 = 1.15;
 
 impl Validity {
     /// Of a tyre.
-    pub fn of(c: &Characterised) -> Self {
+    pub(crate) fn of(c: &Characterised) -> Self {
         let ridden = Ends::of(c);
         let t = &c.tyre.tyre;
         // no ride shows the lateral peak: as much as along the wheel, and more than was ridden

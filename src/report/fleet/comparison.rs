@@ -12,7 +12,7 @@ use crate::store::tables::rows::FleetRow;
 
 /// One coefficient over the bikes.
 #[derive(Debug, Serialize)]
-pub struct Compared {
+pub(crate) struct Compared {
     /// What the coefficient is called.
     pub label: String,
     /// Name in the tables.
@@ -30,14 +30,14 @@ pub struct Compared {
 }
 
 /// Bikes up to which every comparison is unfolded and has lines of each.
-pub const ALL: usize = 12;
+pub(crate) const ALL: usize = 12;
 /// Of more bikes so many have.
 const MOST: usize = 8;
 
 /// One bike, or one of its tyre models.
 #[derive(Debug, Default, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Row {
+pub(crate) struct Row {
     pub bike: String,
     pub model: String,
     pub sessions: usize,
@@ -53,7 +53,7 @@ pub struct Row {
 
 /// One coefficient's values by bike, for a figure of its own.
 #[derive(Debug)]
-pub struct Boxes {
+pub(crate) struct Boxes {
     /// Tyre and coefficient, as in the tables.
     pub name: String,
     /// Tyre and coefficient, as people read them.
@@ -65,7 +65,7 @@ pub struct Boxes {
 }
 
 /// Every coefficient of every tyre with the bikes' values.
-pub fn boxes(fleet: &FleetTables<'_>) -> Vec<Boxes> {
+pub(crate) fn boxes(fleet: &FleetTables<'_>) -> Vec<Boxes> {
     fleet
         .coefficients()
         .into_iter()
@@ -115,7 +115,7 @@ fn by_model(fleet: &FleetTables<'_>, row: &FleetRow) -> ByModel {
 }
 
 /// Every coefficient by tyre; unfolded if `open`.
-pub fn by_tyre(fleet: &FleetTables<'_>, open: bool) -> Vec<(String, Vec<Compared>)> {
+pub(crate) fn by_tyre(fleet: &FleetTables<'_>, open: bool) -> Vec<(String, Vec<Compared>)> {
     let mut out: Vec<(String, Vec<Compared>)> = Vec::new();
     for rows in &fleet.coefficients() {
         let title = labels::tyre(&rows[0].tyre);

@@ -24,7 +24,7 @@ const MAIN: [(Part, Coefficient); 4] = [
 
 /// Charts over time: what an event concerns first, then the main coefficients of every bike; and how
 /// many were left out.
-pub fn charts(fleet: &FleetTables<'_>) -> (Vec<Chart>, usize) {
+pub(crate) fn charts(fleet: &FleetTables<'_>) -> (Vec<Chart>, usize) {
     let mut wanted: Vec<(&str, &str, &str)> = Vec::new();
     for e in fleet.events {
         let named = e.coefficients.split(", ").filter_map(|c| c.split_once(' ')).take(3);

@@ -6,7 +6,7 @@ use crate::report::list::{self, Cell, List, Part, column, number};
 use crate::report::number_format;
 
 /// What happened.
-pub fn events<'a>(events: impl Iterator<Item = &'a Event>) -> List {
+pub(crate) fn events<'a>(events: impl Iterator<Item = &'a Event>) -> List {
     List {
         label: "Events",
         words: "bike, session, what",
@@ -53,7 +53,7 @@ fn event(e: &Event) -> Vec<Cell> {
 }
 
 /// Side force ratios.
-pub fn ratios(ratios: &[Ratio]) -> List {
+pub(crate) fn ratios(ratios: &[Ratio]) -> List {
     List {
         label: "Side force ratio",
         words: "bike, tyre, status",

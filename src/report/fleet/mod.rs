@@ -1,11 +1,11 @@
 //! The page over all sessions.
 
-pub mod comparison;
-pub mod event_kind;
-pub mod history;
-pub mod lists;
-pub mod page;
-pub mod ratios;
-pub mod tables;
-pub mod tyres;
-pub mod write;
+pub(crate) mod comparison;
+pub(crate) mod event_kind;
+pub(crate) mod history;
+pub(crate) mod lists;
+pub(crate) mod page;
+pub(crate) mod ratios;
+pub(crate) mod tables;
+pub(crate) mod tyres;
+pub(crate) mod write;

@@ -12,11 +12,11 @@ use crate::report::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::EventRow;
 
 /// File name of the page.
-pub const PAGE: &str = "fleet.html";
+pub(crate) const PAGE: &str = "fleet.html";
 
 /// The fleet's page.
 #[derive(Debug)]
-pub struct Page {
+pub(crate) struct Page {
     /// Number of bikes.
     pub bikes: usize,
     /// The line that sums it up.
@@ -35,7 +35,7 @@ pub struct Page {
 
 /// A link to a session's page.
 #[derive(Debug)]
-pub struct Link {
+pub(crate) struct Link {
     /// Its page; empty where it has none.
     pub href: String,
     /// Id of the session.
@@ -45,7 +45,7 @@ pub struct Link {
 /// One line of the list of events.
 #[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Event {
+pub(crate) struct Event {
     pub bike: String,
     pub kind: String,
     pub label: String,
@@ -61,7 +61,7 @@ pub struct Event {
 }
 
 /// The page but for the side force ratios, and its charts over time.
-pub fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
+pub(crate) fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
     let FleetTables { rows, events, .. } = fleet;
     let bikes: BTreeSet<&str> = rows.iter().map(|r| r.bike_id.as_str()).collect();
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();

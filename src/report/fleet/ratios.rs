@@ -13,7 +13,7 @@ const NAMED: usize = 10;
 /// One tyre's ratio.
 #[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Ratio {
+pub(crate) struct Ratio {
     pub bike: String,
     pub tyre: String,
     pub sessions: i64,
@@ -30,7 +30,7 @@ pub struct Ratio {
 
 /// The ratios that there are, in the fleet's order, and a sentence on the tyres that have none; `None`
 /// where no session determined the lateral friction that they are estimated from.
-pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, String)> {
+pub(crate) fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, String)> {
     let had: BTreeSet<(&str, &str)> =
         rows.iter().map(|r| (r.bike_id.as_str(), r.tyre.as_str())).collect();
     let lacking: Vec<String> = fleet

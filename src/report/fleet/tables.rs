@@ -15,7 +15,7 @@ use crate::store::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, Sessio
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
+pub(crate) fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let mut rows: Vec<FleetRow> = read::rows(out)?;
     rows.iter_mut().for_each(as_read::fleet);
     rows.sort_by(|a, b| {
@@ -29,7 +29,7 @@ pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
+pub(crate) fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
     let mut rows: Vec<EventRow> = read::rows(out)?;
     rows.sort_by(|a, b| {
         b.evidence.abs().total_cmp(&a.evidence.abs()).then_with(|| a.bike_id.cmp(&b.bike_id))
@@ -41,7 +41,7 @@ pub fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn ratios(out: &Path) -> Result<Vec<RatioRow>, Error> {
+pub(crate) fn ratios(out: &Path) -> Result<Vec<RatioRow>, Error> {
     let mut rows: Vec<RatioRow> = read::rows(out)?;
     // a stable sort: tyres that followed one another on an axle stay in their order
     rows.sort_by(|a, b| (&a.bike_id, &a.tyre).cmp(&(&b.bike_id, &b.tyre)));
@@ -51,7 +51,7 @@ pub fn ratios(out: &Path) -> Result<Vec<RatioRow>, Error> {
 /// One session's value of a coefficient, its own estimate and the one pooled with the other sessions
 /// of the bike. In single precision: a fleet has hundreds of thousands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SessionEstimate {
+pub(crate) struct SessionEstimate {
     /// Its index in the sessions.
     pub session: u32,
     /// Whether its status is `ok`.
@@ -73,14 +73,14 @@ pub struct SessionEstimate {
 }
 
 /// Estimates by bike, tyre and coefficient.
-pub type Histories = BTreeMap<(String, String, String), Vec<SessionEstimate>>;
+pub(crate) type Histories = BTreeMap<(String, String, String), Vec<SessionEstimate>>;
 
 /// The table `fleet_pooled`, compact. Rows of sessions that are not among `sessions`, which are in
 /// the order of their [`key`](crate::store::tables::rows::Ident::key), are left out.
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error> {
+pub(crate) fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error> {
     let places: BTreeMap<(&str, &str), usize> =
         sessions.iter().enumerate().map(|(i, s)| (s.ident.key(), i)).collect();
     let mut found = Histories::new();
@@ -110,7 +110,7 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
 
 /// All that the page over all sessions is made from.
 #[derive(Debug)]
-pub struct FleetTables<'a> {
+pub(crate) struct FleetTables<'a> {
     /// By bike and session.
     pub sessions: &'a [SessionRow],
     /// The sessions' pages, in their order; an empty name is none.
@@ -125,18 +125,18 @@ pub struct FleetTables<'a> {
 
 impl FleetTables<'_> {
     /// Index of a session.
-    pub fn place(&self, bike: &str, session: &str) -> Option<usize> {
+    pub(crate) fn place(&self, bike: &str, session: &str) -> Option<usize> {
         self.sessions.binary_search_by(|s| s.ident.key().cmp(&(bike, session))).ok()
     }
 
     /// Every session's estimate of a coefficient, in the order of the table; empty where none is.
-    pub fn history(&self, bike: &str, tyre: &str, coefficient: &str) -> &[SessionEstimate] {
+    pub(crate) fn history(&self, bike: &str, tyre: &str, coefficient: &str) -> &[SessionEstimate] {
         let key = (bike.to_owned(), tyre.to_owned(), coefficient.to_owned());
         self.histories.get(&key).map_or(&[], Vec::as_slice)
     }
 
     /// The rows of each coefficient that some session determined, in the contract's order.
-    pub fn coefficients(&self) -> Vec<Vec<&FleetRow>> {
+    pub(crate) fn coefficients(&self) -> Vec<Vec<&FleetRow>> {
         let mut names: BTreeMap<_, Vec<&FleetRow>> = BTreeMap::new();
         for row in self.rows.iter().filter(|r| r.n_sessions > 0) {
             names.entry(labels::order(&row.tyre, &row.coefficient)).or_default().push(row);

@@ -24,7 +24,7 @@ const SHARED: f64 = 0.5;
 
 /// Both tables.
 #[derive(Debug, Default)]
-pub struct Tyres {
+pub(crate) struct Tyres {
     /// Rows of `tyres` that are shown: tyre models first, then bike by bike.
     pub tyres: Vec<TyreRow>,
     /// Tyres on motorcycles, of all coefficients.
@@ -38,7 +38,7 @@ impl Tyres {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn read(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(out: &Path) -> Result<Self, Error> {
         let rows: Vec<TyreRow> = read::rows(out)?;
         let mut specimens: Vec<(&str, &str, i64)> = rows
             .iter()
@@ -67,7 +67,7 @@ impl Tyres {
     }
 
     /// How many tyres, and what limits them, as a sentence; empty where there is none.
-    pub fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         if self.specimens == 0 {
             return String::new();
         }
@@ -85,7 +85,7 @@ impl Tyres {
 }
 
 /// The list of tyres.
-pub fn tyres(rows: &[TyreRow]) -> List {
+pub(crate) fn tyres(rows: &[TyreRow]) -> List {
     List {
         label: "Tyres",
         words: "bike, tyre, model, coefficient",
@@ -146,7 +146,7 @@ fn tyre(r: &TyreRow) -> Vec<Cell> {
 }
 
 /// The list of numbers of the bike files that the rides doubt.
-pub fn bikes(rows: &[BikeRow]) -> List {
+pub(crate) fn bikes(rows: &[BikeRow]) -> List {
     List {
         label: "Bike files",
         words: "bike, number",

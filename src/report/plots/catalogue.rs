@@ -20,18 +20,18 @@ pub const FITS: [Plot; 12] = [
 ];
 
 /// The whole road session.
-pub const RIDE: [Plot; 2] = [ride::G_G, ride::ROLL_OVER_LATERAL];
+pub(crate) const RIDE: [Plot; 2] = [ride::G_G, ride::ROLL_OVER_LATERAL];
 
 /// The situations of an off-road session.
-pub const OFFROAD: &[Plot] = offroad::SITUATIONS.as_flattened();
+pub(crate) const OFFROAD: &[Plot] = offroad::SITUATIONS.as_flattened();
 
 /// Every plot but the time line.
-pub fn all() -> impl Iterator<Item = &'static Plot> {
+pub(crate) fn all() -> impl Iterator<Item = &'static Plot> {
     FITS.iter().chain(OFFROAD).chain(&RIDE).chain(residuals::PLOTS.as_flattened())
 }
 
 /// The panels of the time line.
-pub fn panels() -> impl Iterator<Item = &'static Panel> {
+pub(crate) fn panels() -> impl Iterator<Item = &'static Panel> {
     ride::PANELS.iter().chain(offroad::PANELS)
 }
 

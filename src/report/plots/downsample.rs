@@ -15,7 +15,7 @@ const SAMPLES_OF_RANGE: usize = 4096;
 
 /// One kept sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kept {
+pub(crate) struct Kept {
     /// Its index.
     pub place: usize,
     /// Samples it stands for, itself included.
@@ -24,7 +24,12 @@ pub struct Kept {
 
 /// At most about `most` samples, in their order. Samples of different `kind` (an outlier and one
 /// with weight) never stand for each other; samples that are not finite are left out.
-pub fn downsample(x: &[f64], y: &[f64], kind: impl Fn(usize) -> bool, most: usize) -> Vec<Kept> {
+pub(crate) fn downsample(
+    x: &[f64],
+    y: &[f64],
+    kind: impl Fn(usize) -> bool,
+    most: usize,
+) -> Vec<Kept> {
     let mut kept: Vec<Kept> = (0..x.len().min(y.len()))
         .filter(|&i| x[i].is_finite() && y[i].is_finite())
         .map(|place| Kept { place, n: 1 })

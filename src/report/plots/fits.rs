@@ -20,7 +20,7 @@ const FORCE: Axis = Axis::new("resisting force", "N", 1.0);
 const ARM: Axis = Axis::new("overturning arm Mx/(m g)", "mm", 1000.0);
 
 /// Longitudinal friction over slip ratio, front and rear.
-pub const FRICTION_X: [Plot; 2] = front_and_rear!(
+pub(crate) const FRICTION_X: [Plot; 2] = front_and_rear!(
     "friction_x",
     "longitudinal friction",
     [SLIP, MU_X],
@@ -28,7 +28,7 @@ pub const FRICTION_X: [Plot; 2] = front_and_rear!(
 );
 
 /// Slip angle over camber in steady corners, front and rear.
-pub const SLIP_ANGLE: [Plot; 2] = front_and_rear!(
+pub(crate) const SLIP_ANGLE: [Plot; 2] = front_and_rear!(
     "slip_angle",
     "slip angle",
     [CAMBER, ALPHA],
@@ -36,7 +36,7 @@ pub const SLIP_ANGLE: [Plot; 2] = front_and_rear!(
 );
 
 /// Lateral friction over camber in steady corners, front and rear.
-pub const FRICTION_Y: [Plot; 2] = front_and_rear!(
+pub(crate) const FRICTION_Y: [Plot; 2] = front_and_rear!(
     "friction_y",
     "lateral friction over camber",
     [CAMBER, MU_Y],
@@ -44,7 +44,7 @@ pub const FRICTION_Y: [Plot; 2] = front_and_rear!(
 );
 
 /// Lateral friction over slip angle in steady corners, front and rear.
-pub const FRICTION_Y_SLIP: [Plot; 2] = {
+pub(crate) const FRICTION_Y_SLIP: [Plot; 2] = {
     let [front, rear] = front_and_rear!(
         "friction_y_slip",
         "lateral friction over slip angle",
@@ -57,12 +57,12 @@ pub const FRICTION_Y_SLIP: [Plot; 2] = {
 };
 
 /// Cornering stiffness per load, a line of [`STIFFNESS`].
-pub const K_ALPHA: Series = Series::new("k_alpha", "cornering kα");
+pub(crate) const K_ALPHA: Series = Series::new("k_alpha", "cornering kα");
 /// Camber stiffness per load, the other line.
-pub const K_GAMMA: Series = Series::new("k_gamma", "camber kγ");
+pub(crate) const K_GAMMA: Series = Series::new("k_gamma", "camber kγ");
 
 /// Cornering and camber stiffness per load over camber, front and rear.
-pub const STIFFNESS: [Plot; 2] = {
+pub(crate) const STIFFNESS: [Plot; 2] = {
     let [front, rear] = front_and_rear!(
         "stiffness",
         "stiffness",
@@ -74,7 +74,7 @@ pub const STIFFNESS: [Plot; 2] = {
 };
 
 /// Force that slows the coasting bike over the speed squared.
-pub const COAST_DOWN: Plot = Plot::new(
+pub(crate) const COAST_DOWN: Plot = Plot::new(
     "coast_down",
     "Coast-down",
     [V_SQUARED, FORCE],
@@ -82,7 +82,7 @@ pub const COAST_DOWN: Plot = Plot::new(
 );
 
 /// Lever arm of the overturning moment over roll.
-pub const OVERTURNING: Plot = Plot::new(
+pub(crate) const OVERTURNING: Plot = Plot::new(
     "overturning",
     "Overturning",
     [ROLL, ARM],

@@ -9,12 +9,12 @@
 //! scatter between manoeuvres has in it ([`crate::fit::bands`]); the time line keeps the mean,
 //! least and largest value of each of [`sheet::TIMELINE_BINS`] spans, so that no peak is lost.
 
-pub mod catalogue;
-pub mod downsample;
-pub mod fits;
-pub mod offroad;
-pub mod plot;
-pub mod residuals;
-pub mod ride;
-pub mod road;
-pub mod sheet;
+pub(crate) mod catalogue;
+pub(crate) mod downsample;
+pub(crate) mod fits;
+pub(crate) mod offroad;
+pub(crate) mod plot;
+pub(crate) mod residuals;
+pub(crate) mod ride;
+pub(crate) mod road;
+pub(crate) mod sheet;

@@ -35,7 +35,7 @@ macro_rules! riders {
 const RIDERS: &[Series] = riders!("rider");
 
 /// A rider model in words, by its name in the tables.
-pub fn rider_label(name: &str) -> String {
+pub(crate) fn rider_label(name: &str) -> String {
     let known = RIDERS.iter().find(|s| s.name.strip_prefix("rider_") == Some(name));
     known.map_or_else(|| format!("rider {}", name.to_uppercase()), |s| s.label.to_owned())
 }
@@ -71,7 +71,7 @@ const WHOOPS: [Plot; 6] = situation!("whoops", "Whoops");
 const CORNER: [Plot; 6] = situation!("corner", "Corner");
 
 /// Every plot of a situation, in the order of the page.
-pub const SITUATIONS: [[Plot; 6]; 3] = [JUMPS, WHOOPS, CORNER];
+pub(crate) const SITUATIONS: [[Plot; 6]; 3] = [JUMPS, WHOOPS, CORNER];
 
 /// One force on the time line: a line per rider model.
 macro_rules! panel {
@@ -81,7 +81,7 @@ macro_rules! panel {
 }
 
 /// Panels of the time line that only an off-road session has.
-pub const PANELS: &[Panel] = &[
+pub(crate) const PANELS: &[Panel] = &[
     Panel { axis: Axis::degrees("pitch, nose up"), series: &[Series::new("pitch_up", "pitch up")] },
     Panel {
         axis: Axis::new("travel", "mm", 1000.0),
@@ -104,7 +104,7 @@ const POINTS: usize = 500;
 const LONGEST: f64 = 9.0;
 
 /// The rows of the table `plots` of an off-road session.
-pub fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec<PlotPoint> {
+pub(crate) fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec<PlotPoint> {
     let mut sheet = Sheet::new(session);
     timeline(&mut sheet, estimate);
     for (plots, window) in situations(segments, session.rate, session.len) {

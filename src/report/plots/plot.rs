@@ -4,9 +4,9 @@
 pub(super) const DEGREE: f64 = 180.0 / std::f64::consts::PI;
 
 /// Name of the plot that holds the signals of the whole session.
-pub const TIMELINE: &str = "timeline";
+pub(crate) const TIMELINE: &str = "timeline";
 /// Name of the series that is a cloud of samples.
-pub const DATA: &str = "data";
+pub(crate) const DATA: &str = "data";
 
 /// One axis: what people read. The tables stay in SI.
 #[derive(Debug, Clone, Copy)]
@@ -125,7 +125,7 @@ pub(super) use front_and_rear;
 
 /// A panel of the time line.
 #[derive(Debug, Clone, Copy)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// Its ordinate; the heading is its label.
     pub axis: Axis,
     /// The series drawn in it.

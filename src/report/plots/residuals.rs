@@ -63,7 +63,7 @@ const FRICTION_Y: [[Plot; COVARIATES]; 2] = [
 const COAST_DOWN: [Plot; COVARIATES] = over_covariates!("coast_down", "Coast-down", FORCE);
 
 /// Every plot of residuals, by fit in the order of the page.
-pub const PLOTS: [[Plot; COVARIATES]; 7] =
+pub(crate) const PLOTS: [[Plot; COVARIATES]; 7] =
     [FRICTION_X[0], FRICTION_X[1], SLIP[0], SLIP[1], FRICTION_Y[0], FRICTION_Y[1], COAST_DOWN];
 
 /// Largest number of points of a residual cloud.

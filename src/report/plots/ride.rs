@@ -24,7 +24,7 @@ const fn over_lateral(
 }
 
 /// Forward over lateral acceleration.
-pub const G_G: Plot = Plot {
+pub(crate) const G_G: Plot = Plot {
     equal_scales: true,
     ..over_lateral(
         "g_g",
@@ -38,7 +38,7 @@ pub const G_G: Plot = Plot {
 const BALANCE: Series = Series::new("balance", "thin tyres, steady");
 
 /// Roll over lateral acceleration.
-pub const ROLL_OVER_LATERAL: Plot = Plot {
+pub(crate) const ROLL_OVER_LATERAL: Plot = Plot {
     series: &[BALANCE],
     ..over_lateral(
         "roll_over_lateral",
@@ -68,7 +68,7 @@ macro_rules! series {
 }
 
 /// Panels of the time line.
-pub const PANELS: &[Panel] = &[
+pub(crate) const PANELS: &[Panel] = &[
     Panel { axis: SPEED, series: series!("velocity_x" "speed") },
     Panel {
         axis: Axis::new("acceleration", "m/s²", 1.0),

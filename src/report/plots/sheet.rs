@@ -10,11 +10,11 @@ use crate::fit::bands::Band;
 use crate::store::tables::rows::PlotPoint;
 
 /// Largest number of points of a cloud over part of the ride.
-pub const CLOUD_POINTS: usize = 700;
+pub(crate) const CLOUD_POINTS: usize = 700;
 /// Points of a fitted line.
 pub(super) const LINE_POINTS: usize = 81;
 /// Spans of the time line: finer than a page is wide, so that a zoom shows more.
-pub const TIMELINE_BINS: usize = 1600;
+pub(crate) const TIMELINE_BINS: usize = 1600;
 
 /// The rows so far.
 pub(super) struct Sheet<'a> {

@@ -12,7 +12,7 @@ use crate::store::tables::rows::{Coefficient, FleetRow, Status};
 
 /// One bike's coefficients over its sessions.
 #[derive(Debug, Default, Serialize)]
-pub struct BikePart {
+pub(crate) struct BikePart {
     /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// How many sessions.
@@ -29,7 +29,7 @@ pub struct BikePart {
 
 /// One tyre of a bike.
 #[derive(Debug, Default, Serialize)]
-pub struct TyrePart {
+pub(crate) struct TyrePart {
     /// Heading over the tyre's coefficients.
     pub title: String,
     /// Tyre models ridden.
@@ -41,7 +41,7 @@ pub struct TyrePart {
 /// One coefficient over a bike's sessions.
 #[derive(Debug, Default, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Overview {
+pub(crate) struct Overview {
     pub label: String,
     pub name: String,
     pub unit: String,
@@ -62,7 +62,7 @@ pub struct Overview {
 }
 
 /// One bike's part; `fleet` is sorted by bike.
-pub fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> BikePart {
+pub(crate) fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> BikePart {
     let own = of_bike(&tables.sessions, bike_id, |s| &s.ident.bike_id);
     let fleet = of_bike(fleet, bike_id, |f| &f.bike_id);
     // rows come by session; by coefficient here, each still in the sessions' order
@@ -176,7 +176,7 @@ fn undetermined(rows: &[&Coefficient]) -> String {
 }
 
 /// One bike's rows of those sorted by bike.
-pub fn of_bike<'a, R>(rows: &'a [R], bike_id: &str, bike: impl Fn(&R) -> &str) -> &'a [R] {
+pub(crate) fn of_bike<'a, R>(rows: &'a [R], bike_id: &str, bike: impl Fn(&R) -> &str) -> &'a [R] {
     let start = rows.partition_point(|r| bike(r) < bike_id);
     let length = rows[start..].partition_point(|r| bike(r) == bike_id);
     &rows[start..start + length]

@@ -6,7 +6,7 @@ use crate::report::run::page::Entry;
 use crate::store::tables::rows::Rejected;
 
 /// The sessions.
-pub fn sessions(entries: &[Entry]) -> List {
+pub(crate) fn sessions(entries: &[Entry]) -> List {
     List {
         label: "Sessions",
         words: "session, bike, date",
@@ -45,7 +45,7 @@ pub fn sessions(entries: &[Entry]) -> List {
 }
 
 /// The diagnosed sessions.
-pub fn diagnoses(entries: &[outcome::Entry]) -> List {
+pub(crate) fn diagnoses(entries: &[outcome::Entry]) -> List {
     List {
         label: "Diagnoses",
         words: "session, bike, cause",
@@ -97,7 +97,7 @@ fn cause(d: &outcome::Entry) -> Cell {
 }
 
 /// The rejected inputs.
-pub fn rejected(rows: &[Rejected]) -> List {
+pub(crate) fn rejected(rows: &[Rejected]) -> List {
     let why = |r: &Rejected| vec![Part::new("", &r.message), Part::new("code", &r.code)];
     List {
         label: "Rejected inputs",

@@ -52,7 +52,7 @@ impl Notable<'_> {
 
 /// The bikes with their `pages`, the most notable first: by changes, by outlying sessions, by distance
 /// from the other bikes. `events` counts a bike's changes.
-pub fn list(bikes: &[BikePart], pages: &[String], events: impl Fn(&str) -> usize) -> List {
+pub(crate) fn list(bikes: &[BikePart], pages: &[String], events: impl Fn(&str) -> usize) -> List {
     let centres = SHOWN.map(|what| {
         let values: Vec<f64> =
             bikes.iter().filter_map(|b| median(b, what).and_then(|r| r.value)).collect();

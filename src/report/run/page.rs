@@ -10,7 +10,7 @@ use crate::store::tables::rows::{FleetRow, Rejected, Status, WarningRow};
 
 /// The run's page.
 #[derive(Debug)]
-pub struct Page {
+pub(crate) struct Page {
     /// Number of inputs, used and rejected.
     pub inputs: usize,
     /// The line that sums it up.
@@ -36,7 +36,7 @@ pub struct Page {
 /// One session in the list.
 #[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
-pub struct Entry {
+pub(crate) struct Entry {
     /// Name of its page; empty where it is to have none.
     pub page: String,
     /// Whether that has been written.
@@ -57,7 +57,7 @@ pub struct Entry {
 
 /// The content of the page but for fleet and diagnoses. `pages` are the sessions' pages, in the
 /// sessions' order.
-pub fn build(
+pub(crate) fn build(
     tables: &RunTables,
     pages: &[String],
     rejected: Vec<Rejected>,

@@ -32,14 +32,14 @@ const MOST: usize = 2000;
 
 /// Points of both tyres.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct BenchPoints {
+pub(crate) struct BenchPoints {
     tyres: [Vec<Point>; 2],
     /// The files' bytes.
     pub text: String,
 }
 
 /// Name of a tyre's file in the output folder.
-pub fn file_name(axle: Axle) -> String {
+pub(crate) fn file_name(axle: Axle) -> String {
     format!("bench_{}.tdx", axle.name())
 }
 
@@ -47,7 +47,7 @@ pub fn file_name(axle: Axle) -> String {
 ///
 /// # Errors
 /// A sentence with file and line.
-pub fn check(bytes: &[u8], path: &Path) -> Result<Bench, String> {
+pub(crate) fn check(bytes: &[u8], path: &Path) -> Result<Bench, String> {
     parse(bytes, path).map_err(|e| e.to_string())
 }
 
@@ -56,7 +56,7 @@ impl BenchPoints {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn read(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(out: &Path) -> Result<Self, Error> {
         let mut points = BenchPoints::default();
         for axle in Axle::BOTH {
             let path = out.join(file_name(axle));
@@ -73,7 +73,7 @@ impl BenchPoints {
     }
 
     /// Puts the points into the charts of friction.
-    pub fn draw(&self, charts: &mut [Chart]) {
+    pub(crate) fn draw(&self, charts: &mut [Chart]) {
         for axle in Axle::BOTH {
             let k = axle as usize;
             for (plot, label, of) in [

@@ -23,11 +23,11 @@ use crate::store::objects::files::read_text;
 use crate::store::tables::read;
 
 /// File name in the output folder.
-pub const FILE: &str = "bench.csv";
+pub(crate) const FILE: &str = "bench.csv";
 
 /// What a bench measured.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct BenchValues {
+pub(crate) struct BenchValues {
     values: Vec<Value>,
     /// Points of the front and the rear tyre.
     points: BenchPoints,
@@ -49,7 +49,7 @@ struct Value {
 ///
 /// # Errors
 /// The file cannot be read, or a row is wrong: which, and what to do.
-pub fn read(out: &Path) -> Result<BenchValues, Error> {
+pub(crate) fn read(out: &Path) -> Result<BenchValues, Error> {
     let path = out.join(FILE);
     let mut bench = BenchValues::default();
     if path.is_file() {
@@ -67,7 +67,7 @@ pub fn read(out: &Path) -> Result<BenchValues, Error> {
 ///
 /// # Errors
 /// The row and what is wrong with it.
-pub fn parse(text: &str) -> Result<BenchValues, String> {
+pub(crate) fn parse(text: &str) -> Result<BenchValues, String> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let names = reader.headers().map_err(|e| e.to_string())?.clone();
     let known = ["bike_id", "tyre", "coefficient", "camber", "value", "std_error"];
@@ -138,7 +138,7 @@ impl BenchValues {
     }
 
     /// What the bench says beside an estimate: its value, and how far the estimate is from it.
-    pub fn beside(
+    pub(crate) fn beside(
         &self,
         bike: &str,
         tyre: &str,
@@ -163,7 +163,7 @@ impl BenchValues {
     }
 
     /// Puts the bench's stiffnesses into the charts of stiffness over camber, and its points into those of friction.
-    pub fn draw(&self, bike: &str, charts: &mut [Chart]) {
+    pub(crate) fn draw(&self, bike: &str, charts: &mut [Chart]) {
         self.points.draw(charts);
         for (axle, plot) in Axle::BOTH.into_iter().zip(&STIFFNESS) {
             let cloud = self.stiffness(bike, axle);

@@ -10,7 +10,7 @@ use crate::store::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sum {
+pub(crate) struct Sum {
     /// Name of the rider model, as in the table.
     pub rider: String,
     /// Value of the largest magnitude.
@@ -23,7 +23,7 @@ pub struct Sum {
 
 /// One force in segments of one kind: a sum per rider, in the order of the settings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Force {
+pub(crate) struct Force {
     /// Kind of segment.
     pub kind: String,
     /// How many segments.
@@ -45,7 +45,7 @@ fn listed() -> Vec<&'static Declaration> {
 }
 
 /// Peak, root mean square and mean of each force over all segments of a kind, weighted by samples.
-pub fn summarise(rows: &[ForceRow]) -> Vec<Force> {
+pub(crate) fn summarise(rows: &[ForceRow]) -> Vec<Force> {
     let mut out: Vec<Force> = Vec::new();
     for kind in listed().into_iter().map(|d| d.name) {
         let own: Vec<&ForceRow> = rows.iter().filter(|r| r.kind == kind).collect();
@@ -109,7 +109,7 @@ fn sum<'a>(rider: &str, rows: impl Iterator<Item = &'a &'a ForceRow>) -> Option<
 
 /// The page's table: kinds with their rows, a cell per rider.
 #[derive(Debug, Default, Serialize)]
-pub struct Table {
+pub(crate) struct Table {
     /// Labels of the rider models, the heads of the columns.
     pub riders: Vec<String>,
     /// Kinds of segment.
@@ -118,7 +118,7 @@ pub struct Table {
 
 /// Rows of one kind of segment.
 #[derive(Debug, Serialize)]
-pub struct KindRows {
+pub(crate) struct KindRows {
     /// What the kind is called.
     pub label: String,
     /// How many segments.
@@ -128,12 +128,12 @@ pub struct KindRows {
 }
 
 /// Force, unit, and a cell per rider.
-pub type Row = (String, String, Vec<Cell>);
+pub(crate) type Row = (String, String, Vec<Cell>);
 /// Root mean square (of a friction the mean) and peak.
-pub type Cell = (String, String);
+pub(crate) type Cell = (String, String);
 
 /// The sums as text: forces in whole newtons, ratios with two decimals.
-pub fn table(rows: &[ForceRow]) -> Table {
+pub(crate) fn table(rows: &[ForceRow]) -> Table {
     let mut out = Table::default();
     for force in summarise(rows) {
         for s in &force.riders {
@@ -169,7 +169,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
 }
 
 /// The terminal's table: peaks of the first rider's forces by kind of segment, and the flights.
-pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
+pub(crate) fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
     let forces = summarise(rows);
     let Some(first) = rows.first() else { return String::new() };
     let mut out = format!(

@@ -13,7 +13,7 @@ const STATIONS: usize = 600;
 
 /// The laps in words.
 #[derive(Debug, Serialize)]
-pub struct Laps {
+pub(crate) struct Laps {
     /// How many, and the best.
     pub verdict: String,
     /// What the tyres had left, and where.
@@ -33,7 +33,7 @@ pub struct Laps {
 /// One line of the table of laps; columns as people read them.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct Line {
+pub(crate) struct Line {
     pub lap: i64,
     pub kind: String,
     pub timed: bool,
@@ -54,7 +54,7 @@ pub struct Line {
 /// One line of the table of corners: of the best lap, and who was faster there.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct Corner {
+pub(crate) struct Corner {
     pub number: i64,
     pub direction: String,
     pub time: String,
@@ -67,7 +67,7 @@ pub struct Corner {
 }
 
 /// Minutes, seconds and hundredths.
-pub fn lap_time(seconds: f64) -> String {
+pub(crate) fn lap_time(seconds: f64) -> String {
     let hundredths = (seconds * 100.0).round() as i64;
     format!("{}:{:02}.{:02}", hundredths / 6000, hundredths / 100 % 60, hundredths % 100)
 }
@@ -77,7 +77,7 @@ fn is_timed(l: &&LapRow) -> bool {
 }
 
 /// The laps in one line; `None` without.
-pub fn sentence(laps: &[LapRow]) -> Option<String> {
+pub(crate) fn sentence(laps: &[LapRow]) -> Option<String> {
     let best = laps.iter().find(|l| l.best)?;
     let timed = laps.iter().filter(is_timed).count();
     let error = best.duration_std_error.map(|e| format!(" ± {} s", fixed(1.96 * e, 2)));
@@ -91,12 +91,12 @@ pub fn sentence(laps: &[LapRow]) -> Option<String> {
 }
 
 /// That line for the terminal; empty without laps.
-pub fn terminal(laps: &[LapRow]) -> String {
+pub(crate) fn terminal(laps: &[LapRow]) -> String {
     sentence(laps).map(|s| format!("\nLaps: {s}\n")).unwrap_or_default()
 }
 
 /// The page's part; `None` where there are no laps.
-pub fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
+pub(crate) fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
     let best = laps.iter().find(|l| l.best)?;
     let available = best.friction_available;
     let rows = laps.iter().map(|l| line(l, best)).collect();
@@ -230,7 +230,7 @@ fn corner(c: &LapCornerRow, all: &[LapCornerRow], available: Option<f64>) -> Cor
 
 /// What the page draws of the laps.
 #[derive(Debug, Serialize)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Stations, m.
     #[serde(serialize_with = "pack::plain")]
     s: Vec<f64>,
@@ -281,7 +281,11 @@ struct Trace {
 }
 
 /// The figure; `None` where no lap has places.
-pub fn figure(laps: &[LapRow], corners: &[LapCornerRow], points: &[LapPointRow]) -> Option<Figure> {
+pub(crate) fn figure(
+    laps: &[LapRow],
+    corners: &[LapCornerRow],
+    points: &[LapPointRow],
+) -> Option<Figure> {
     let best = laps.iter().find(|l| l.best)?;
     let of = |lap: i64| points.iter().filter(move |p| p.lap == lap);
     let count = of(best.lap).count();

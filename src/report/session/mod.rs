@@ -1,8 +1,8 @@
 //! The page of one session.
 
-pub mod bench_points;
-pub mod bench_values;
-pub mod forces;
-pub mod laps;
-pub mod page;
-pub mod write;
+pub(crate) mod bench_points;
+pub(crate) mod bench_values;
+pub(crate) mod forces;
+pub(crate) mod laps;
+pub(crate) mod page;
+pub(crate) mod write;

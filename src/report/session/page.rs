@@ -24,7 +24,7 @@ const TOLD: [(Name, &str); 3] = [
 
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]
-pub struct Page {
+pub(crate) struct Page {
     /// Id of the session, as in the tables.
     pub session_id: String,
     /// Id of the bike, as in the tables.
@@ -62,7 +62,7 @@ pub struct Page {
 /// A coefficient on the first screen.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in `Row`
-pub struct Told {
+pub(crate) struct Told {
     pub what: String,
     pub value: String,
     pub unit: String,
@@ -71,7 +71,7 @@ pub struct Told {
 
 /// One tyre's coefficients.
 #[derive(Debug, Serialize)]
-pub struct Tyre {
+pub(crate) struct Tyre {
     /// `front`, `rear` or `vehicle`.
     pub name: String,
     /// Heading over the tyre's coefficients.
@@ -82,7 +82,7 @@ pub struct Tyre {
 
 /// One coefficient.
 #[derive(Debug, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// Name in the tables.
     pub name: String,
     /// What the coefficient is called.
@@ -121,7 +121,7 @@ pub struct Row {
 
 /// Coefficients that one kind of riding would supply.
 #[derive(Debug, Serialize)]
-pub struct Missing {
+pub(crate) struct Missing {
     /// The riding that would determine them.
     pub ride: String,
     /// Tyre and coefficient, status, reason.
@@ -131,7 +131,7 @@ pub struct Missing {
 /// One line of the list of manoeuvres.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct ManoeuvreLine {
+pub(crate) struct ManoeuvreLine {
     pub id: i64,
     pub kind: String,
     pub label: String,
@@ -148,7 +148,7 @@ pub struct ManoeuvreLine {
 /// One line of the list of warnings.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct WarningLine {
+pub(crate) struct WarningLine {
     pub stage: String,
     pub code: String,
     pub channel: String,
@@ -158,7 +158,7 @@ pub struct WarningLine {
 }
 
 /// The content of one session's page, without bench values.
-pub fn build(
+pub(crate) fn build(
     session: &SessionRow,
     coefficients: &[Coefficient],
     manoeuvres: &[Manoeuvre],
@@ -211,14 +211,14 @@ pub fn build(
 }
 
 /// Whether the charts are those of an off-road session.
-pub fn is_offroad(figures: &Figures) -> bool {
+pub(crate) fn is_offroad(figures: &Figures) -> bool {
     let has =
         |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
     has(OFFROAD) && !has(&FITS)
 }
 
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
-pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
+pub(crate) fn absent_charts(figures: &Figures) -> Vec<&'static str> {
     let (plots, ride) =
         if is_offroad(figures) { (OFFROAD, &[][..]) } else { (&FITS[..], &RIDE[..]) };
     plots
@@ -321,7 +321,7 @@ fn row(c: &Coefficient) -> Row {
 
 impl Page {
     /// Puts what a tyre bench measured beside the estimates.
-    pub fn compare(&mut self, bench: &BenchValues) {
+    pub(crate) fn compare(&mut self, bench: &BenchValues) {
         for tyre in &mut self.tyres {
             for row in &mut tyre.rows {
                 let found = bench.beside(&self.bike_id, &tyre.name, &row.name, row.estimate);

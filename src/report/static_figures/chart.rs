@@ -45,7 +45,7 @@ const ONLY: f64 = 0.3;
 const SCALE: f32 = 3.0;
 
 /// A figure as an SVG document.
-pub fn svg(figure: &Scene) -> String {
+pub(crate) fn svg(figure: &Scene) -> String {
     finished(&SvgBackend.render_scene(figure))
 }
 
@@ -54,12 +54,12 @@ pub fn svg(figure: &Scene) -> String {
 ///
 /// # Errors
 /// It cannot be encoded.
-pub fn png(figure: &Scene) -> Result<Vec<u8>, String> {
+pub(crate) fn png(figure: &Scene) -> Result<Vec<u8>, String> {
     RasterBackend::new().with_scale(SCALE).render_scene(figure)
 }
 
 /// One chart of a page, 600 by 400 units, its legend to the right.
-pub fn scene(chart: &Chart) -> Scene {
+pub(crate) fn scene(chart: &Chart) -> Scene {
     let dated = chart.time.then(|| in_days(chart));
     let chart = dated.as_ref().unwrap_or(chart);
     let plots = drawn(chart, true);
@@ -91,7 +91,7 @@ pub fn scene(chart: &Chart) -> Scene {
 
 /// The panels of a time line over one another, segments shaded. Their axes stand under each other:
 /// there are no legends, the headings name the colours.
-pub fn timeline(panels: &[Chart], segments: &[Segment]) -> Scene {
+pub(crate) fn timeline(panels: &[Chart], segments: &[Segment]) -> Scene {
     let ends = || panels.iter().flat_map(|p| &p.lines).flat_map(|l| &l.x).copied();
     let (from, to) = (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
     let panel = |(i, chart): (usize, &Chart)| {
@@ -123,7 +123,7 @@ pub fn timeline(panels: &[Chart], segments: &[Segment]) -> Scene {
 }
 
 /// One coefficient's values by bike, as boxes.
-pub fn boxes(boxes: &Boxes) -> Scene {
+pub(crate) fn boxes(boxes: &Boxes) -> Scene {
     let mut plot = BoxPlot::new().with_color(COLOURS[5]).with_strip(0.2);
     for (name, values) in &boxes.groups {
         plot = plot.with_group(name.clone(), values.clone());

@@ -5,7 +5,7 @@ const CLIP: &str = "kuva-clip-";
 
 /// A drawing whose clipping paths are counted from 0: the same tables then give the same bytes, whichever figure is drawn
 /// first. Control characters, which a log's names may have, are blanks.
-pub fn finished(svg: &str) -> String {
+pub(crate) fn finished(svg: &str) -> String {
     let mut known: Vec<&str> = Vec::new();
     let mut pieces = svg.split(CLIP);
     let mut out = pieces.next().unwrap_or_default().to_owned();

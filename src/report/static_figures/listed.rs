@@ -16,7 +16,7 @@ use crate::store::tables::file;
 
 /// The list of a folder while its figures are written: a name relative to the folder per line.
 #[derive(Debug)]
-pub struct Listed {
+pub(crate) struct Listed {
     folder: PathBuf,
     path: PathBuf,
     before: BTreeSet<String>,
@@ -28,7 +28,7 @@ impl Listed {
     ///
     /// # Errors
     /// The folder cannot be made or the list not be opened.
-    pub fn open(folder: &Path, out: &Path) -> Result<Self, file::Error> {
+    pub(crate) fn open(folder: &Path, out: &Path) -> Result<Self, file::Error> {
         let path = folder.join(name_for(out));
         let opened = open_own(&path, File::options().append(true).create(true));
         let list =
@@ -41,7 +41,7 @@ impl Listed {
     ///
     /// # Errors
     /// The list cannot be written.
-    pub fn add(&self, name: &str) -> Result<(), file::Error> {
+    pub(crate) fn add(&self, name: &str) -> Result<(), file::Error> {
         let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         let (list, added) = &mut *now;
         let is_new = added.insert(name.to_owned()) && !self.before.contains(name);
@@ -54,7 +54,7 @@ impl Listed {
     ///
     /// # Errors
     /// One cannot be removed, or the list not be written.
-    pub fn remove_others(self, endings: &[&str]) -> Result<usize, file::Error> {
+    pub(crate) fn remove_others(self, endings: &[&str]) -> Result<usize, file::Error> {
         let (_, now) = &*self.now.lock().unwrap_or_else(PoisonError::into_inner);
         let has_ending = |name: &str| endings.iter().any(|e| name.ends_with(&format!(".{e}")));
         let is_gone = |name: &&String| has_ending(name) && !now.contains(*name);

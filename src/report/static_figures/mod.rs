@@ -1,7 +1,7 @@
 //! Figures as SVG and PNG files, for papers, READMEs and continuous integration. Drawn by `kuva`.
 
-pub mod chart;
-pub mod drawing;
-pub mod listed;
-pub mod panels;
-pub mod write;
+pub(crate) mod chart;
+pub(crate) mod drawing;
+pub(crate) mod listed;
+pub(crate) mod panels;
+pub(crate) mod write;

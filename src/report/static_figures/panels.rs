@@ -11,7 +11,7 @@ use super::drawing::finished;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
+pub(crate) enum Style {
     /// A solid line through the points.
     Line,
     /// A dashed line through the points.
@@ -22,7 +22,7 @@ pub enum Style {
 
 /// One series. Points that are not finite are left out.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub(crate) struct Series {
     /// In the legend; empty stays out of it.
     pub label: String,
     /// Abscissa and ordinate.
@@ -35,7 +35,7 @@ pub struct Series {
 
 /// One coordinate system of a figure with its series.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
+pub(crate) struct Panel {
     /// Heading, above the axes.
     pub title: String,
     /// Label of the abscissa, with unit.
@@ -47,10 +47,11 @@ pub struct Panel {
 }
 
 /// Colours that stay apart for colour-blind eyes (Okabe and Ito 2008).
-pub const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+pub(crate) const COLOURS: [&str; 6] =
+    ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
 
 /// Panels side by side, `columns` to a row.
-pub fn panels(panels: &[Panel], columns: usize) -> String {
+pub(crate) fn panels(panels: &[Panel], columns: usize) -> String {
     let columns = columns.max(1);
     let rows = panels.len().div_ceil(columns);
     let mut plots = Vec::new();

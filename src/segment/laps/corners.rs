@@ -11,7 +11,7 @@ const SHORTEST: f64 = 25.0;
 
 /// A corner, by stations.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
+pub(crate) struct Corner {
     /// Whether it goes to the left.
     pub left: bool,
     /// First station.
@@ -23,7 +23,7 @@ pub struct Corner {
 }
 
 /// In the order of the lap. `across` is positive to the left (m/s²), `step` between stations (m).
-pub fn corners(across: &[f64], speed: &[f64], step: f64) -> Vec<Corner> {
+pub(crate) fn corners(across: &[f64], speed: &[f64], step: f64) -> Vec<Corner> {
     let mut out: Vec<Corner> = Vec::new();
     for i in (0..across.len()).filter(|&i| across[i].abs() > TURNING) {
         let left = across[i] > 0.0;
@@ -45,7 +45,7 @@ pub fn corners(across: &[f64], speed: &[f64], step: f64) -> Vec<Corner> {
 
 /// Where the section of each corner begins: halfway on the straight before it. The last value is the
 /// lap's end.
-pub fn sections(corners: &[Corner], stations: usize) -> Vec<usize> {
+pub(crate) fn sections(corners: &[Corner], stations: usize) -> Vec<usize> {
     let between = corners.windows(2).map(|c| (c[0].end + c[1].start) / 2);
     std::iter::once(0).chain(between).chain([stations.saturating_sub(1)]).collect()
 }

@@ -85,7 +85,7 @@ pub struct Found {
 }
 
 /// `None` where the ride is not one round a track.
-pub fn find(ground: &Ground, counter: Option<&[f64]>, config: &Config) -> Option<Found> {
+pub(crate) fn find(ground: &Ground, counter: Option<&[f64]>, config: &Config) -> Option<Found> {
     let of = |line: Line| laps(ground, line, config);
     let given = config.line.is_some();
     if given {

@@ -23,7 +23,7 @@ const SHOWN: f64 = 0.999;
 
 /// Signals of a ride, one value per sample; NaN where there is none.
 #[derive(Debug, Clone)]
-pub struct Grip {
+pub(crate) struct Grip {
     /// Forward acceleration, m/s².
     pub along: Vec<f64>,
     /// Lateral acceleration, positive to the left, m/s².
@@ -38,7 +38,7 @@ pub struct Grip {
 
 /// What the tyres could give.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Available {
+pub(crate) struct Available {
     /// Horizontal force over weight.
     pub friction: f64,
     /// How it is known.
@@ -47,7 +47,7 @@ pub struct Available {
 
 /// How available friction is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Basis {
+pub(crate) enum Basis {
     /// Both tyres' peak friction was determined.
     Tyres,
     /// The most that this ride has shown: the tyres can do that at least.
@@ -56,7 +56,7 @@ pub enum Basis {
 
 impl Basis {
     /// As in the table.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Basis::Tyres => "tyres",
             Basis::Shown => "shown",
@@ -66,7 +66,7 @@ impl Basis {
 
 /// What is known of the ride before its laps.
 #[derive(Debug)]
-pub struct Known<'a> {
+pub(crate) struct Known<'a> {
     /// The machine.
     pub bike: &'a Bike,
     /// What the ride determined of it.
@@ -93,7 +93,7 @@ impl Known<'_> {
 
 impl Grip {
     /// From a ride and its positions.
-    pub fn new(session: &Session, ground: &Ground, known: &Known<'_>) -> Self {
+    pub(crate) fn new(session: &Session, ground: &Ground, known: &Known<'_>) -> Self {
         let late = (known.latency * session.rate).round().max(0.0) as usize;
         // of the same moment: what comes with the position is late
         let early = |x: &[f64]| -> Vec<f64> {

@@ -13,18 +13,18 @@ const HALF: f64 = 0.25;
 /// Half the time over which a direction is taken, s.
 const DIRECTION: f64 = 0.5;
 /// Slower than this is standing or pushing, m/s.
-pub const MOVING: f64 = 3.0;
+pub(crate) const MOVING: f64 = 3.0;
 
 /// A point of the plane: metres east and north.
-pub type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// Difference of two points.
-pub fn minus(a: Point, b: Point) -> Point {
+pub(crate) fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
 }
 
 /// Scalar product.
-pub fn dot(a: Point, b: Point) -> f64 {
+pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
@@ -113,13 +113,13 @@ impl Ground {
 }
 
 /// A vector of length one; none of a vector shorter than a decimetre.
-pub fn unit(v: Point) -> Option<Point> {
+pub(crate) fn unit(v: Point) -> Option<Point> {
     let length = v[0].hypot(v[1]);
     (length > 0.1).then(|| [v[0] / length, v[1] / length])
 }
 
 /// A column between its samples.
-pub fn interpolated(x: &[f64], place: f64) -> f64 {
+pub(crate) fn interpolated(x: &[f64], place: f64) -> f64 {
     let place = place.clamp(0.0, (x.len() - 1) as f64);
     let i = (place as usize).min(x.len().saturating_sub(2));
     let next = x[(i + 1).min(x.len() - 1)];

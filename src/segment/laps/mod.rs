@@ -7,26 +7,26 @@
 //!
 //! A ride that does not go round has no laps and no rows.
 
-pub mod config;
-pub mod corners;
-pub mod find;
-pub mod grip;
-pub mod ground;
-pub mod line;
-mod rows;
-pub mod trace;
+pub(crate) mod config;
+pub(crate) mod corners;
+pub(crate) mod find;
+pub(crate) mod grip;
+pub(crate) mod ground;
+pub(crate) mod line;
+pub(crate) mod rows;
+pub(crate) mod trace;
 
-pub use self::config::Config;
+pub(crate) use self::config::Config;
 use self::find::{Found, find};
-pub use self::grip::Known;
+pub(crate) use self::grip::Known;
 use self::ground::Ground;
-pub use self::rows::Laps;
+pub(crate) use self::rows::Laps;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::store::tables::rows::Ident;
 
 /// The laps of a session; empty where it does not go round a track.
-pub fn run(session: &Session, known: &Known<'_>, ident: &Ident, config: &Config) -> Laps {
+pub(crate) fn run(session: &Session, known: &Known<'_>, ident: &Ident, config: &Config) -> Laps {
     match detect(session, config) {
         Some((ground, found)) => rows::rows(session, &ground, &found, known, ident),
         None => Laps::default(),

@@ -15,7 +15,7 @@ const HALF: f64 = 1.5;
 
 /// The stations of a track.
 #[derive(Debug, Clone)]
-pub struct Stations {
+pub(crate) struct Stations {
     /// Between two, m.
     pub step: f64,
     /// Length of the lap, m.
@@ -26,7 +26,7 @@ pub struct Stations {
 
 /// When a lap was at each station, s from the lap's start.
 #[derive(Debug, Clone)]
-pub struct Trace {
+pub(crate) struct Trace {
     /// Index of the lap.
     pub lap: usize,
     /// By station, rising.
@@ -35,7 +35,7 @@ pub struct Trace {
 
 impl Stations {
     /// Along the fastest lap.
-    pub fn new(ground: &Ground, lap: &Lap) -> Option<Self> {
+    pub(crate) fn new(ground: &Ground, lap: &Lap) -> Option<Self> {
         let mut path: Vec<(f64, Point)> = Vec::new();
         for i in within(ground, lap).filter(|&i| ground.known(i)) {
             let p = ground.at[i];
@@ -138,7 +138,7 @@ impl Stations {
     }
 
     /// Every timed lap.
-    pub fn traces(&self, ground: &Ground, found: &Found) -> Vec<Trace> {
+    pub(crate) fn traces(&self, ground: &Ground, found: &Found) -> Vec<Trace> {
         let timed = found.laps.iter().enumerate().filter(|(_, l)| l.kind == Kind::Timed);
         timed.map(|(number, lap)| self.trace(ground, number, lap)).collect()
     }
@@ -146,7 +146,7 @@ impl Stations {
 
 impl Trace {
     /// A signal of the ride at every station.
-    pub fn of(&self, signal: &[f64], lap: &Lap, rate: f64) -> Vec<f64> {
+    pub(crate) fn of(&self, signal: &[f64], lap: &Lap, rate: f64) -> Vec<f64> {
         self.time.iter().map(|t| interpolated(signal, (lap.start + t) * rate)).collect()
     }
 }

@@ -23,7 +23,7 @@ pub(super) static AIRBORNE: Declaration = Declaration {
 };
 
 /// Flights that are long enough and do not begin in whoops, in samples.
-pub fn flights(ride: &Ride<'_>, means: &Means, config: &Config) -> Vec<Range<usize>> {
+pub(crate) fn flights(ride: &Ride<'_>, means: &Means, config: &Config) -> Vec<Range<usize>> {
     let least = config.shortest_flight * ride.rate;
     let counts =
         |at: &Range<usize>| at.len() as f64 >= least && !means.waves[at.start / means.step];

@@ -69,7 +69,7 @@ fn by_side(f: &Features, config: &Config) -> [Vec<bool>; 2] {
 }
 
 /// Blocks in a bend of either side.
-pub fn bends(f: &Features, config: &Config) -> Vec<bool> {
+pub(crate) fn bends(f: &Features, config: &Config) -> Vec<bool> {
     let [left, right] = by_side(f, config);
     left.iter().zip(&right).map(|(l, r)| *l || *r).collect()
 }

@@ -13,7 +13,7 @@ const SIGHT: f64 = 6.0;
 const NEAR: f64 = 1.5;
 
 /// Corners. Whoops have slowest points of their own.
-pub fn corners(m: &Means, config: &Config) -> Vec<Claim> {
+pub(super) fn corners(m: &Means, config: &Config) -> Vec<Claim> {
     let even = smooth(&m.speed, m.count(0.4));
     let (sight, near) = (m.count(SIGHT), m.count(NEAR));
     let highest = |x: &[f64]| x.iter().copied().fold(f64::NEG_INFINITY, f64::max);

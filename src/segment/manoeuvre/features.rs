@@ -283,7 +283,7 @@ fn block_means(x: &[f64], step: usize) -> Vec<f64> {
 
 /// Mean over `half` neighbours on each side, missing ones left out; NaN where the value itself
 /// is missing.
-pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
+pub(crate) fn smooth(x: &[f64], half: usize) -> Vec<f64> {
     let n = x.len();
     let (mut sum, mut count) = (0.0, 0.0);
     let mut out = vec![f64::NAN; n];

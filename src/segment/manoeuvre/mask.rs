@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// The runs of `true`.
-pub fn runs(mask: &[bool]) -> Vec<Range<usize>> {
+pub(super) fn runs(mask: &[bool]) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     let mut start = None;
     for (i, &on) in mask.iter().chain([&false]).enumerate() {
@@ -20,7 +20,7 @@ pub fn runs(mask: &[bool]) -> Vec<Range<usize>> {
 }
 
 /// Where `x` is at least `leave` in a run that reaches `enter`; NaN ends a run.
-pub fn hysteresis(
+pub(super) fn hysteresis(
     x: impl ExactSizeIterator<Item = f64> + Clone,
     enter: f64,
     leave: f64,
@@ -36,7 +36,7 @@ pub fn hysteresis(
 }
 
 /// Takes out runs shorter than `least` blocks.
-pub fn drop_short(mask: &mut [bool], least: usize) {
+pub(super) fn drop_short(mask: &mut [bool], least: usize) {
     for run in runs(mask) {
         if run.len() < least {
             mask[run].fill(false);
@@ -45,7 +45,7 @@ pub fn drop_short(mask: &mut [bool], least: usize) {
 }
 
 /// Closes holes of at most `most` blocks between runs.
-pub fn close_holes(mask: &mut [bool], most: usize) {
+pub(super) fn close_holes(mask: &mut [bool], most: usize) {
     let found = runs(mask);
     for pair in found.windows(2) {
         if pair[1].start - pair[0].end <= most {

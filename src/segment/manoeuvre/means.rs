@@ -31,7 +31,7 @@ const RATE: f64 = 50.0;
 
 /// Means of `step` samples each; NaN where none of them is known.
 #[derive(Debug)]
-pub struct Means {
+pub(crate) struct Means {
     /// Samples per mean.
     pub step: usize,
     /// Means per second.
@@ -48,7 +48,7 @@ pub struct Means {
 
 impl Means {
     /// Takes them.
-    pub fn new(ride: &Ride<'_>, config: &Config) -> Self {
+    pub(crate) fn new(ride: &Ride<'_>, config: &Config) -> Self {
         let step = (ride.rate / RATE).round().max(1.0) as usize;
         let rate = ride.rate / step as f64;
         let coarse = |x: &[f64]| -> Vec<f64> { x.chunks(step).map(known_mean).collect() };
@@ -63,12 +63,12 @@ impl Means {
     }
 
     /// Means in a time.
-    pub fn count(&self, seconds: f64) -> usize {
+    pub(crate) fn count(&self, seconds: f64) -> usize {
         (seconds * self.rate) as usize
     }
 
     /// Sum of the known values of `x` in a range.
-    pub fn sum(x: &[f64], at: &Range<usize>) -> f64 {
+    pub(crate) fn sum(x: &[f64], at: &Range<usize>) -> f64 {
         x[at.clone()].iter().filter(|v| v.is_finite()).sum()
     }
 }
@@ -80,7 +80,7 @@ fn known_mean(x: &[f64]) -> f64 {
 }
 
 /// Centred mean over `2 half + 1` known values.
-pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
+pub(crate) fn smooth(x: &[f64], half: usize) -> Vec<f64> {
     (0..x.len())
         .map(|i| known_mean(&x[i.saturating_sub(half)..(i + half + 1).min(x.len())]))
         .collect()

@@ -13,27 +13,27 @@ use serde::{Deserialize, Serialize};
 use detector::{Claim, Detector};
 use means::Means;
 
-pub mod airborne;
-pub mod braking;
-pub mod coasting;
-pub mod cornering;
+pub(crate) mod airborne;
+pub(crate) mod braking;
+pub(crate) mod coasting;
+pub(crate) mod cornering;
 mod corners;
 mod course;
-mod declaration;
-pub mod detector;
-pub mod driving;
-pub mod engine;
-pub mod features;
+pub(crate) mod declaration;
+pub(crate) mod detector;
+pub(crate) mod driving;
+pub(crate) mod engine;
+pub(crate) mod features;
 mod mask;
-pub mod means;
-pub mod offroad;
-pub mod rolling;
-pub mod slip;
-pub mod standing;
+pub(crate) mod means;
+pub(crate) mod offroad;
+pub(crate) mod rolling;
+pub(crate) mod slip;
+pub(crate) mod standing;
 mod straights;
 mod whoops;
 
-pub use declaration::{Course, Declaration, Direction, Peak, Terrain};
+pub(crate) use declaration::{Course, Declaration, Direction, Peak, Terrain};
 
 macro_rules! kinds {
     ($($variant:ident: $file:ident::$declaration:ident,)+) => {
@@ -122,11 +122,11 @@ impl Config {
 }
 
 /// Finds claims on the means of an off-road ride.
-pub type Detect = fn(&Means, &offroad::Config) -> Vec<Claim>;
+pub(crate) type Detect = fn(&Means, &offroad::Config) -> Vec<Claim>;
 
 /// What looks for manoeuvres off the road, the weakest claim first; flights ([`airborne`]) come after
 /// them, exact to the sample.
-pub const OFF_ROAD: &[Detect] =
+pub(crate) const OFF_ROAD: &[Detect] =
     &[straights::driving, straights::braking, corners::corners, |means, _| {
         whoops::whoops(&means.waves)
     }];

@@ -16,7 +16,7 @@ const SHORTEST: f64 = 0.2;
 
 /// Next to the bends that these settings find.
 #[derive(Debug)]
-pub struct Rolling<'a>(pub &'a cornering::Config);
+pub(crate) struct Rolling<'a>(pub &'a cornering::Config);
 
 impl Detector for Rolling<'_> {
     fn find(&self, f: &Features) -> Vec<Claim> {

@@ -23,7 +23,7 @@ pub(super) static OTHER: Declaration = Declaration {
 
 /// Blocks without forward velocity.
 #[derive(Debug)]
-pub struct NoVelocity;
+pub(crate) struct NoVelocity;
 
 impl Detector for NoVelocity {
     fn find(&self, f: &Features) -> Vec<Claim> {
@@ -38,7 +38,7 @@ impl Detector for NoVelocity {
 
 /// Blocks at rest or at walking pace.
 #[derive(Debug)]
-pub struct Standing {
+pub(crate) struct Standing {
     /// Below this speed nothing begins, m/s.
     pub min_speed: f64,
     /// Below this speed everything ends, m/s.

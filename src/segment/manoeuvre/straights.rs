@@ -26,13 +26,13 @@ fn strong(
 }
 
 /// Drives.
-pub fn driving(m: &Means, config: &Config) -> Vec<Claim> {
+pub(super) fn driving(m: &Means, config: &Config) -> Vec<Claim> {
     let mask = strong(m.acceleration.iter().copied(), config.driving, m, config);
     runs(&mask).into_iter().map(|at| Claim::new(at, &DRIVING)).collect()
 }
 
 /// Brakings.
-pub fn braking(m: &Means, config: &Config) -> Vec<Claim> {
+pub(super) fn braking(m: &Means, config: &Config) -> Vec<Claim> {
     let mask = strong(m.acceleration.iter().map(|a| -a), config.braking, m, config);
     let claim = |at| {
         let [front, rear] = m.braking.each_ref().map(|x| Means::sum(x, &at));

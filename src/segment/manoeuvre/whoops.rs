@@ -23,7 +23,7 @@ pub(super) static WHOOPS: Declaration = Declaration {
 
 /// Where the pitch, rad, at `rate` Hz swings to and fro: runs of half waves, each high and short
 /// enough.
-pub fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
+pub(super) fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
     let mut swing: Vec<f64> = pitch.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
     remove_slow(&mut swing, rate, 0.7);
     let mut mask = vec![false; swing.len()];
@@ -51,6 +51,6 @@ pub fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
 }
 
 /// Runs of waves.
-pub fn whoops(waves: &[bool]) -> Vec<Claim> {
+pub(super) fn whoops(waves: &[bool]) -> Vec<Claim> {
     runs(waves).into_iter().map(|at| Claim::new(at, &WHOOPS)).collect()
 }

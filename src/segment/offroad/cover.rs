@@ -12,7 +12,7 @@ use crate::segment::segments::Segment;
 const SHORTEST: f64 = 0.06;
 
 /// Segments in time order, from the kind of every sample.
-pub fn cover(ride: &Ride<'_>, kinds: &[ManoeuvreKind], config: &Config) -> Vec<Segment> {
+pub(super) fn cover(ride: &Ride<'_>, kinds: &[ManoeuvreKind], config: &Config) -> Vec<Segment> {
     pieces(kinds, (SHORTEST * ride.rate) as usize)
         .into_iter()
         .map(|at| segment(ride, at.clone(), kinds[at.start], config))

@@ -15,8 +15,8 @@ use super::segments::Segment;
 
 mod cover;
 
-pub use crate::segment::manoeuvre::means::Ride;
-pub use crate::segment::manoeuvre::offroad::Config;
+pub(crate) use crate::segment::manoeuvre::means::Ride;
+pub(crate) use crate::segment::manoeuvre::offroad::Config;
 
 /// Cuts a ride into segments, in time order, none overlapping, all of it covered.
 pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {

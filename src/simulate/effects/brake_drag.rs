@@ -7,7 +7,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct BrakeDrag;
+pub(super) struct BrakeDrag;
 
 impl Physics for BrakeDrag {
     const SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use super::ride::{BrakeHistory, HEAT, scale_pressures};
 use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
 
-pub struct BrakeFade;
+pub(super) struct BrakeFade;
 
 impl Physics for BrakeFade {
     const SPEC: EffectSpec = EffectSpec {

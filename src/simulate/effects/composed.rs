@@ -23,7 +23,7 @@ pub struct Acting<'a> {
 }
 
 /// Friction and stiffness that fall with load do not fall below this share: no load turns a force.
-pub const LEAST_UNDER_LOAD: f64 = 0.2;
+pub(crate) const LEAST_UNDER_LOAD: f64 = 0.2;
 
 impl ModelError {
     /// Force of drag, N, `coefficient v²` on still air, riding `along` the first straight's heading (1)

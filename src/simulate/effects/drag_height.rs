@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct DragHeight;
+pub(super) struct DragHeight;
 
 impl Physics for DragHeight {
     const SPEC: EffectSpec = EffectSpec {

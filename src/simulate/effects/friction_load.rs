@@ -5,7 +5,7 @@ use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 
-pub struct FrictionLoad;
+pub(super) struct FrictionLoad;
 
 impl Physics for FrictionLoad {
     const SPEC: EffectSpec = EffectSpec {

@@ -7,7 +7,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct FrontBrakeDrag;
+pub(super) struct FrontBrakeDrag;
 
 impl Physics for FrontBrakeDrag {
     const SPEC: EffectSpec = EffectSpec {

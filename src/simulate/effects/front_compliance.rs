@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct FrontCompliance;
+pub(super) struct FrontCompliance;
 
 impl Physics for FrontCompliance {
     const SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct Gyroscopic;
+pub(super) struct Gyroscopic;
 
 impl Physics for Gyroscopic {
     const SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct Latency;
+pub(super) struct Latency;
 
 impl Physics for Latency {
     const SPEC: EffectSpec = EffectSpec {

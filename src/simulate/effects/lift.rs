@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct Lift;
+pub(super) struct Lift;
 
 impl Physics for Lift {
     const SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct LowFrictionPatch;
+pub(super) struct LowFrictionPatch;
 
 impl Physics for LowFrictionPatch {
     const SPEC: EffectSpec = EffectSpec {

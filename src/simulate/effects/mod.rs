@@ -14,14 +14,14 @@ use crate::contract::session::Session;
 use model_error::{Step, compose, effects};
 use physics::{Multibody, Physics, Reach, Remove, Rolling, hooks};
 use ride::BrakeHistory;
-pub use spec::{EffectSpec, Level, Who};
+pub(crate) use spec::{EffectSpec, Level, Who};
 
 mod brake_drag;
 mod brake_fade;
-pub mod composed;
+pub(crate) mod composed;
 mod drag_height;
-pub mod extended_model;
-pub mod extended_tyre;
+pub(crate) mod extended_model;
+pub(crate) mod extended_tyre;
 mod friction_load;
 mod front_brake_drag;
 mod front_compliance;
@@ -30,17 +30,17 @@ mod latency;
 mod lift;
 mod low_friction_patch;
 mod model_error;
-pub mod models;
+pub(crate) mod models;
 mod pad_heat;
-pub mod physics;
+pub(crate) mod physics;
 mod pneumatic_trail;
-pub mod pooled_effects;
+pub(crate) mod pooled_effects;
 mod radius_camber;
 mod radius_load;
 mod radius_speed;
 mod relaxation_length;
-pub mod remove;
-pub mod ride;
+pub(crate) mod remove;
+pub(crate) mod ride;
 mod rider_lean;
 mod road_bank;
 mod road_grade;
@@ -48,11 +48,11 @@ mod roll_zero;
 mod rolling_speed;
 mod side_force_ratio_front;
 mod side_force_ratio_rear;
-pub mod spec;
+pub(crate) mod spec;
 mod steer_zero;
 mod stiffness_load;
 mod twisting_stiffness;
-pub mod tyre_file;
+pub(crate) mod tyre_file;
 mod tyre_warm_up;
 mod velocity_lever_arm;
 mod wheel_inertia;
@@ -125,7 +125,7 @@ impl Deref for Effect {
 }
 
 /// Prior standard deviation of every effect, in usual sizes.
-pub const PRIOR: f64 = 3.0;
+pub(crate) const PRIOR: f64 = 3.0;
 
 impl Effect {
     /// The effect of a name.

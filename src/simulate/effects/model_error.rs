@@ -1,7 +1,7 @@
 //! Generates [`ModelError`](super::ModelError) and what goes with it from the list of effects.
 
 /// One step of a fold over the effects.
-pub trait Step {
+pub(super) trait Step {
     /// What an effect of a size makes of a value.
     fn step<E: super::physics::Physics>(&self, size: f64, value: f64) -> f64;
 }

@@ -186,7 +186,7 @@ impl Models {
 }
 
 /// Whether a session's warning (its code and message) says that an effect was taken out of its recording.
-pub fn was_taken_out(code: &str, message: &str, effect: &Effect) -> bool {
+pub(crate) fn was_taken_out(code: &str, message: &str, effect: &Effect) -> bool {
     let list = message.strip_prefix(TAKEN_OUT).unwrap_or_default();
     let starts = |before: &str| list.contains(&format!("{before}{} (", effect.name));
     code == APPLIED && (starts(": ") || starts("), "))

@@ -8,7 +8,7 @@ use crate::contract::channel::Channel;
 /// Least friction that is left of the pads', as a share.
 const LEAST: f64 = 0.3;
 
-pub struct PadHeat;
+pub(super) struct PadHeat;
 
 impl Physics for PadHeat {
     const SPEC: EffectSpec = EffectSpec {

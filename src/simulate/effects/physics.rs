@@ -12,7 +12,7 @@ use crate::contract::residual_channel::ResidualChannel;
 use crate::contract::session::Session;
 
 /// Takes an effect of a size out of a session and its bike file.
-pub type Remove = fn(&mut Session, &mut Bike, f64);
+pub(crate) type Remove = fn(&mut Session, &mut Bike, f64);
 
 /// Where the multibody motorcycle has an effect from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,7 +180,7 @@ macro_rules! declare {
     ($($(#[$doc:meta])* fn $hook:ident($value:ident $(, $argument:ident: $kind:ty)*);)*) => {
         /// An effect: what is declared of it and its formula.
         #[allow(unused_variables)]
-        pub trait Physics {
+        pub(crate) trait Physics {
             /// Words, unit and prior.
             const SPEC: EffectSpec;
             /// Where the multibody motorcycle has it from.

@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct PneumaticTrail;
+pub(super) struct PneumaticTrail;
 
 impl Physics for PneumaticTrail {
     const SPEC: EffectSpec = EffectSpec {

@@ -10,7 +10,7 @@ use crate::contract::schema::with_hint;
 
 /// Name of the file, in the folder of the extended models. Those lie a folder deeper, whatever a session
 /// is called.
-pub const FILE: &str = "pooled.toml";
+pub(crate) const FILE: &str = "pooled.toml";
 
 /// An effect that several sessions share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

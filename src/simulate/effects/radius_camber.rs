@@ -7,7 +7,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RadiusCamber;
+pub(super) struct RadiusCamber;
 
 impl Physics for RadiusCamber {
     const SPEC: EffectSpec = EffectSpec {

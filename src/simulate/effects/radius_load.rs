@@ -5,7 +5,7 @@ use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 
-pub struct RadiusLoad;
+pub(super) struct RadiusLoad;
 
 impl Physics for RadiusLoad {
     const SPEC: EffectSpec = EffectSpec {

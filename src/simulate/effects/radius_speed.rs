@@ -10,7 +10,7 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 /// Speed of the stated growth, m/s.
 const GROWN_AT: f64 = 20.0;
 
-pub struct RadiusSpeed;
+pub(super) struct RadiusSpeed;
 
 impl Physics for RadiusSpeed {
     const SPEC: EffectSpec = EffectSpec {

@@ -9,7 +9,7 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 /// No relaxation length is shorter, m.
 const SHORTEST: f64 = 0.02;
 
-pub struct RelaxationLength;
+pub(super) struct RelaxationLength;
 
 impl Physics for RelaxationLength {
     const SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::contract::session::Session;
 use crate::statistics::smooth::smooth;
 
 /// Energy that one unit of fading, of lost pad friction and of warm-brake drag is for, J.
-pub const HEAT: f64 = 50e3;
+pub(crate) const HEAT: f64 = 50e3;
 /// Time over which brakes cool, s.
 const COOLING: f64 = 60.0;
 /// Least speed of a straight that a strip is known by, m/s.
@@ -89,7 +89,7 @@ const AROUND: f64 = 0.3;
 
 /// The pressure that acts: nothing where the lever is at rest, whatever its sensor's noise. `pressure` in Pa
 /// at `rate` Hz, missing samples stay missing.
-pub fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
+pub(crate) fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
     let reach = (AROUND * rate) as usize;
     let n = pressure.len();
     let mut acts = vec![false; n];
@@ -105,7 +105,7 @@ pub fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
 }
 
 /// Heat in the brakes, sample by sample; samples without speed keep the last.
-pub fn brake_history(session: &Session) -> Vec<Brakes> {
+pub(crate) fn brake_history(session: &Session) -> Vec<Brakes> {
     let Some(v) = session.get(Channel::VelocityX) else {
         return vec![Brakes::default(); session.len];
     };
@@ -128,7 +128,7 @@ pub fn brake_history(session: &Session) -> Vec<Brakes> {
 ///
 /// The strip is where most distance is ridden: the first heading held for two seconds above the
 /// slowest speed.
-pub fn along_strip(session: &Session) -> Vec<f64> {
+pub(crate) fn along_strip(session: &Session) -> Vec<f64> {
     let (Some(yaw), Some(v)) = (session.get(Channel::Yaw), session.get(Channel::VelocityX)) else {
         return vec![f64::NAN; session.len];
     };
@@ -151,7 +151,7 @@ pub fn along_strip(session: &Session) -> Vec<f64> {
 
 /// What corrections depend on, sample by sample; 0 where it is missing.
 #[derive(Debug)]
-pub struct Ride {
+pub(crate) struct Ride {
     /// Speed, m/s.
     pub v: Vec<f64>,
     /// Roll, rad.
@@ -179,14 +179,14 @@ impl Ride {
 }
 
 /// Adds a constant to a channel, if it is there.
-pub fn add(session: &mut Session, channel: Channel, by: f64) {
+pub(crate) fn add(session: &mut Session, channel: Channel, by: f64) {
     if let Some(x) = session.get_mut(channel) {
         x.iter_mut().for_each(|x| *x += by);
     }
 }
 
 /// Adds what depends on the ride to a channel, if it is there.
-pub fn add_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usize) -> f64) {
+pub(crate) fn add_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usize) -> f64) {
     let ride = Ride::of(session);
     if let Some(x) = session.get_mut(channel) {
         x.iter_mut().enumerate().for_each(|(i, x)| *x += by(&ride, i));
@@ -194,7 +194,11 @@ pub fn add_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usiz
 }
 
 /// Multiplies a channel by what depends on the ride, if it is there.
-pub fn scale_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usize) -> f64) {
+pub(crate) fn scale_with(
+    session: &mut Session,
+    channel: Channel,
+    by: impl Fn(&Ride, usize) -> f64,
+) {
     let ride = Ride::of(session);
     if let Some(x) = session.get_mut(channel) {
         x.iter_mut().enumerate().for_each(|(i, x)| *x *= by(&ride, i));
@@ -202,7 +206,7 @@ pub fn scale_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, us
 }
 
 /// Multiplies both brake pressures, as far as they are there, by what depends on the heat in that brake.
-pub fn scale_pressures(session: &mut Session, by: impl Fn(BrakeHistory) -> f64) {
+pub(crate) fn scale_pressures(session: &mut Session, by: impl Fn(BrakeHistory) -> f64) {
     for (k, channel) in
         [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().enumerate()
     {

@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RiderLean;
+pub(super) struct RiderLean;
 
 impl Physics for RiderLean {
     const SPEC: EffectSpec = EffectSpec {

@@ -5,7 +5,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RoadBank;
+pub(super) struct RoadBank;
 
 impl Physics for RoadBank {
     const SPEC: EffectSpec = EffectSpec {

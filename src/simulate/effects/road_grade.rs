@@ -6,7 +6,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RoadGrade;
+pub(super) struct RoadGrade;
 
 impl Physics for RoadGrade {
     const SPEC: EffectSpec = EffectSpec {

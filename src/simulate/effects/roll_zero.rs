@@ -7,7 +7,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RollZero;
+pub(super) struct RollZero;
 
 impl Physics for RollZero {
     const SPEC: EffectSpec = EffectSpec {

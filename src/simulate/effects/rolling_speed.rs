@@ -7,7 +7,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct RollingSpeed;
+pub(super) struct RollingSpeed;
 
 impl Physics for RollingSpeed {
     const SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct SideForceRatioFront;
+pub(super) struct SideForceRatioFront;
 
 impl Physics for SideForceRatioFront {
     const SPEC: EffectSpec = EffectSpec {

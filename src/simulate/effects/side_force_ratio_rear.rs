@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct SideForceRatioRear;
+pub(super) struct SideForceRatioRear;
 
 impl Physics for SideForceRatioRear {
     const SPEC: EffectSpec = EffectSpec {

@@ -7,7 +7,7 @@ use crate::contract::session::Meta;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
 /// Every kind of braking.
-pub const BRAKING: &[ManoeuvreKind] =
+pub(crate) const BRAKING: &[ManoeuvreKind] =
     &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
 
 /// What an effect belongs to, and so what it should be the same for.
@@ -123,6 +123,6 @@ impl EffectSpec {
 
 /// The first of two sentences, or the second where a size has not the sign of a usual one; a size that is
 /// zero or not known has the first.
-pub fn by_sign(size: f64, typical: f64, [same, other]: [&'static str; 2]) -> &'static str {
+pub(crate) fn by_sign(size: f64, typical: f64, [same, other]: [&'static str; 2]) -> &'static str {
     if size * typical < 0.0 { other } else { same }
 }

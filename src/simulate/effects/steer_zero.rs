@@ -7,7 +7,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct SteerZero;
+pub(super) struct SteerZero;
 
 impl Physics for SteerZero {
     const SPEC: EffectSpec = EffectSpec {

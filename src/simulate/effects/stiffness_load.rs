@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct StiffnessLoad;
+pub(super) struct StiffnessLoad;
 
 impl Physics for StiffnessLoad {
     const SPEC: EffectSpec = EffectSpec {

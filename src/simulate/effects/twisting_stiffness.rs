@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct TwistingStiffness;
+pub(super) struct TwistingStiffness;
 
 impl Physics for TwistingStiffness {
     const SPEC: EffectSpec = EffectSpec {

@@ -30,7 +30,7 @@ use crate::tyre::tyre_model::TyreModel;
 /// Table of the effects.
 const EFFECTS: &str = "effects";
 /// Key of the width over the front tyre's.
-pub const CROWN: &str = "crown_over_front";
+pub(crate) const CROWN: &str = "crown_over_front";
 
 /// A published set by name, or a `.tir` or `.toml` file.
 ///

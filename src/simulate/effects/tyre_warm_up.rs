@@ -8,7 +8,7 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 /// Time over which tyres warm up, s.
 const WARMING: f64 = 150.0;
 
-pub struct TyreWarmUp;
+pub(super) struct TyreWarmUp;
 
 impl Physics for TyreWarmUp {
     const SPEC: EffectSpec = EffectSpec {

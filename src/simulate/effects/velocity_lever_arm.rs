@@ -6,7 +6,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct VelocityLeverArm;
+pub(super) struct VelocityLeverArm;
 
 impl Physics for VelocityLeverArm {
     const SPEC: EffectSpec = EffectSpec {

@@ -6,7 +6,7 @@ use crate::contract::bike::USUAL_WHEEL_INERTIA;
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct WheelInertia;
+pub(super) struct WheelInertia;
 
 impl Physics for WheelInertia {
     const SPEC: EffectSpec = EffectSpec {

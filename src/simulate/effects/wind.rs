@@ -6,7 +6,7 @@ use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-pub struct Wind;
+pub(super) struct Wind;
 
 impl Physics for Wind {
     const SPEC: EffectSpec = EffectSpec {

@@ -7,16 +7,16 @@
 //! Adding a logger is one file that lists its columns, and one line in [`write()`]. Names and units follow
 //! exports of such loggers as their owners publish them; none is a copy of one.
 
-pub mod board;
+pub(crate) mod board;
 mod factory;
 mod phone;
-pub mod profile;
+pub(crate) mod profile;
 mod satellite;
 mod superbike;
 
 use self::board::Board;
-pub use self::board::Foreign;
-pub use self::profile::Profile;
+pub(crate) use self::board::Foreign;
+pub(crate) use self::profile::Profile;
 use super::track::ridden::TrackRide;
 use crate::statistics::random::Random;
 

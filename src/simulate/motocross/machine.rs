@@ -88,7 +88,7 @@ pub struct Levers {
 }
 
 /// Numbers of the state.
-pub const SIZE: usize = 28;
+pub(crate) const SIZE: usize = 28;
 
 /// `q`, `q'`, relative wheel rates about +y (rear, front), the rider's pose, torques as they are, a
 /// passive rider's own accelerations (down, forward), each with its rate.

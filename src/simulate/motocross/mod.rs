@@ -5,12 +5,12 @@
 //! scenario -> ground + machine + rider -> pilot -> session (session.v1) and truth
 //! ```
 
-pub mod ground;
-pub mod machine;
-pub mod passive;
-pub mod pilot;
-pub mod rider;
-pub mod scenario;
+pub(crate) mod ground;
+pub(crate) mod machine;
+pub(crate) mod passive;
+pub(crate) mod pilot;
+pub(crate) mod rider;
+pub(crate) mod scenario;
 
 use super::{Label, sensors};
 use crate::GRAVITY;
@@ -28,7 +28,7 @@ const STEPS: f64 = 3000.0;
 /// Time between two decisions of the rider, s.
 const DECISIONS: f64 = 0.01;
 /// A flight of both wheels shorter than this is a bump, s.
-pub const SHORTEST_FLIGHT: f64 = 0.15;
+pub(crate) const SHORTEST_FLIGHT: f64 = 0.15;
 
 /// True signals of a session, at the log's rate.
 #[derive(Debug, Clone, Default)]
@@ -290,7 +290,7 @@ fn labels(plant: &Plant, truth: &Truth, rate: f64) -> Vec<Label> {
 }
 
 /// Rows of the table `truth_offroad`, in ISO axes.
-pub fn truth_rows(ridden: &MotocrossRide, truth_rate: f64) -> Vec<rows::TruthOffroad> {
+pub(crate) fn truth_rows(ridden: &MotocrossRide, truth_rate: f64) -> Vec<rows::TruthOffroad> {
     let session = &ridden.session;
     let t = &ridden.truth;
     let every = (session.rate / truth_rate).round().max(1.0) as usize;

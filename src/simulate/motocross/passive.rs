@@ -40,7 +40,7 @@ impl Passive {
 }
 
 /// Second rate of his own acceleration from that of the chassis; the cut-off in Hz.
-pub fn follow(cut_off: f64, own: f64, own_rate: f64, chassis: f64) -> f64 {
+pub(crate) fn follow(cut_off: f64, own: f64, own_rate: f64, chassis: f64) -> f64 {
     let w = TAU * cut_off;
     w * w * (chassis - own) - SQRT_2 * w * own_rate
 }

@@ -77,7 +77,7 @@ struct Step {
 /// slip, the tyres' lag, the rider's arms - relaxes at a rate that is about right to where the rest of the state
 /// draws it, and the rest is integrated by Heun's rule.
 #[derive(Debug, Clone, Copy)]
-pub struct Exponential<'a> {
+pub(crate) struct Exponential<'a> {
     plant: &'a Plant,
     caster: (f64, f64),
     slip_settling: [f64; 2],
@@ -85,7 +85,7 @@ pub struct Exponential<'a> {
 
 impl<'a> Exponential<'a> {
     /// For a motorcycle.
-    pub fn new(plant: &'a Plant) -> Self {
+    pub(crate) fn new(plant: &'a Plant) -> Self {
         let caster = plant.caster_angle.sin_cos();
         Exponential { plant, caster, slip_settling: plant.slip_settling() }
     }
@@ -143,7 +143,7 @@ impl<'a> Exponential<'a> {
 
     /// Advances the state by `dt` with an action that goes evenly from one to another; gives what followed from
     /// them before. `load` are the loads of an instant before, N, where they are known.
-    pub fn advance(
+    pub(crate) fn advance(
         &self,
         state: &mut State,
         [from, to]: [&Action; 2],

@@ -20,12 +20,12 @@
 
 mod equations;
 mod integration;
-mod plant;
+pub(crate) mod plant;
 mod state;
 
-pub use integration::Exponential;
-pub use plant::Plant;
-pub use state::{Action, Response, State};
+pub(crate) use integration::Exponential;
+pub(crate) use plant::Plant;
+pub(crate) use state::{Action, Response, State};
 
 #[cfg(test)]
 mod tests {

@@ -31,7 +31,7 @@ const SHORTEST_LAG: f64 = 1e-3;
 
 /// The wheel's geometry on a level road, before any force.
 #[derive(Debug, Clone, Copy)]
-pub struct Geometry {
+pub(crate) struct Geometry {
     /// Wheel plane's trace on the road, unit vector.
     pub along: Vector3<f64>,
     /// Horizontal, to the left of it.
@@ -44,7 +44,7 @@ pub struct Geometry {
 
 /// What a wheel rolls on, and when and which way.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings<'a> {
+pub(crate) struct Surroundings<'a> {
     /// The road.
     pub road: &'a Road,
     /// What the motorcycle has beyond its description.
@@ -57,7 +57,7 @@ pub struct Surroundings<'a> {
 
 impl Geometry {
     /// From the wheel's axle direction (to the left).
-    pub fn new(axle: &Vector3<f64>) -> Self {
+    pub(crate) fn new(axle: &Vector3<f64>) -> Self {
         let cos = (axle.x * axle.x + axle.y * axle.y).sqrt();
         let along = Vector3::new(axle.y / cos, -axle.x / cos, 0.0);
         let across = Vector3::new(-along.y, along.x, 0.0);
@@ -120,7 +120,7 @@ impl Pressed {
 }
 
 /// Forces of the road on wheel `i` (0 front), put onto the links, and the rates of its lags.
-pub fn roll(
+pub(crate) fn roll(
     tyre: &dyn TyreModel,
     links: &mut [Link],
     i: usize,

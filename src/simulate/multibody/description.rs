@@ -16,7 +16,7 @@ use crate::tyre::published;
 use crate::tyre::tyre_model::TyreModel;
 
 /// Built-in motorcycles: name and text.
-pub const BUILTIN: &[(&str, &str)] = &[
+pub(crate) const BUILTIN: &[(&str, &str)] = &[
     ("sports_small", include_str!("../../../pipelines/motorcycles/sports_small.toml")),
     ("sports_touring", include_str!("../../../pipelines/motorcycles/sports_touring.toml")),
     ("sharp_1971", include_str!("../../../pipelines/motorcycles/sharp_1971.toml")),
@@ -155,7 +155,7 @@ pub struct Motorcycle {
 }
 
 /// The declaration of every key.
-pub fn schema() -> KeyTable {
+pub(crate) fn schema() -> KeyTable {
     KeyTable::embedded("motorcycle")
 }
 

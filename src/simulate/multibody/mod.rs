@@ -5,19 +5,19 @@
 //!                                   -> trim (steady turns) -> modes (eigenvalues)
 //! ```
 
-pub mod bodies;
-pub mod contact;
-pub mod description;
-pub mod link;
-pub mod model;
-pub mod modes;
-pub mod road;
-pub mod rolling;
-pub mod run;
-pub mod state;
-pub mod trim;
+pub(crate) mod bodies;
+pub(crate) mod contact;
+pub(crate) mod description;
+pub(crate) mod link;
+pub(crate) mod model;
+pub(crate) mod modes;
+pub(crate) mod road;
+pub(crate) mod rolling;
+pub(crate) mod run;
+pub(crate) mod state;
+pub(crate) mod trim;
 
-pub use description::Motorcycle;
-pub use model::{Model, Scratch};
-pub use road::Road;
-pub use state::{Action, State, Wheel, joint};
+pub(crate) use description::Motorcycle;
+pub(crate) use model::{Model, Scratch};
+pub(crate) use road::Road;
+pub(crate) use state::{Action, State, Wheel, joint};

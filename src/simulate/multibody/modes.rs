@@ -21,7 +21,7 @@ pub struct Linear {
 
 /// Names of lateral modes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Name {
+pub(crate) enum Name {
     /// Rear-end yaw and roll, up to about 5 Hz.
     Weave,
     /// Shake of the steering, 5 to 10 Hz.
@@ -36,7 +36,7 @@ pub enum Name {
 
 impl Name {
     /// As in tables.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Name::Weave => "weave",
             Name::Wobble => "wobble",
@@ -49,7 +49,7 @@ impl Name {
 
 /// One eigenvalue; of a conjugate pair the one with positive frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mode {
+pub(crate) struct Mode {
     /// m/s.
     pub speed: f64,
     /// Which.
@@ -60,12 +60,12 @@ pub struct Mode {
 
 impl Mode {
     /// Hz; zero of a mode that does not swing.
-    pub fn frequency(&self) -> f64 {
+    pub(crate) fn frequency(&self) -> f64 {
         self.eigenvalue.im / std::f64::consts::TAU
     }
 
     /// Damping ratio; negative when it grows.
-    pub fn damping(&self) -> f64 {
+    pub(crate) fn damping(&self) -> f64 {
         -self.eigenvalue.re / self.eigenvalue.norm().max(1e-300)
     }
 }
@@ -171,7 +171,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
 ///
 /// # Errors
 /// The motorcycle cannot run straight at one of the speeds.
-pub fn over_speed(model: &Model, speeds: &[f64]) -> Result<Vec<Mode>, NoTrim> {
+pub(crate) fn over_speed(model: &Model, speeds: &[f64]) -> Result<Vec<Mode>, NoTrim> {
     let mut modes = Vec::new();
     let mut lateral: Vec<(f64, Vec<Complex<f64>>)> = Vec::new();
     for &speed in speeds {

@@ -25,7 +25,7 @@ pub mod joint {
 }
 
 /// Length of the state as an array.
-pub const N: usize = 32;
+pub(crate) const N: usize = 32;
 
 /// The integrated state. Parameters axes: x and y on the road, z along its normal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -111,7 +111,7 @@ impl State {
 }
 
 /// Axes of a frame that is yawed, then rolled, then pitched.
-pub fn rotation(angles: &[f64; 3]) -> Matrix3<f64> {
+pub(crate) fn rotation(angles: &[f64; 3]) -> Matrix3<f64> {
     let [(sy, cy), (sr, cr), (sp, cp)] = angles.map(f64::sin_cos);
     Matrix3::new(
         cy * cp - sy * sr * sp,
@@ -127,7 +127,7 @@ pub fn rotation(angles: &[f64; 3]) -> Matrix3<f64> {
 }
 
 /// Rates of yaw, roll and pitch from the angular velocity in frame axes.
-pub fn angle_rates(angles: &[f64; 3], spin: &Vector3<f64>) -> [f64; 3] {
+pub(crate) fn angle_rates(angles: &[f64; 3], spin: &Vector3<f64>) -> [f64; 3] {
     let ((sr, cr), (sp, cp)) = (angles[1].sin_cos(), angles[2].sin_cos());
     let (along, down) = (cp * spin.x + sp * spin.z, cp * spin.z - sp * spin.x);
     let yaw = down / cr;
@@ -135,7 +135,7 @@ pub fn angle_rates(angles: &[f64; 3], spin: &Vector3<f64>) -> [f64; 3] {
 }
 
 /// Angular velocity in frame axes from the rates of yaw, roll and pitch.
-pub fn spin(angles: &[f64; 3], rates: &[f64; 3]) -> Vector3<f64> {
+pub(crate) fn spin(angles: &[f64; 3], rates: &[f64; 3]) -> Vector3<f64> {
     let ((sr, cr), (sp, cp)) = (angles[1].sin_cos(), angles[2].sin_cos());
     let [yaw, roll, pitch] = *rates;
     let down = yaw * cr;

@@ -8,16 +8,16 @@
 //! A machine depends on seed, number and the attempt alone. What is hidden in a [`Case`](super::hidden::Case) is put into it by
 //! the same formulas as into any other plant; [`BikeFile`](bike::BikeFile) says how much its owner knows.
 
-pub mod bike;
+pub(crate) mod bike;
 mod build;
 mod draw;
-mod machine;
-pub mod ride;
-pub mod tyre;
-pub mod wizard;
+pub(crate) mod machine;
+pub(crate) mod ride;
+pub(crate) mod tyre;
+pub(crate) mod wizard;
 
-pub use build::Springs;
-pub use machine::Machine;
+pub(crate) use build::Springs;
+pub(crate) use machine::Machine;
 
 #[cfg(test)]
 mod tests {

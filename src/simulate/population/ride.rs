@@ -21,7 +21,7 @@ use crate::simulate::truth::{self, Truth};
 use crate::simulate::tyre_truth;
 
 /// Attempts at a machine that stands and a ride that comes to its end.
-pub const ATTEMPTS: usize = 8;
+pub(crate) const ATTEMPTS: usize = 8;
 /// Share of the largest braking friction of a ride from which it shows the friction curve's peak.
 const HARD: f64 = 0.7;
 /// A ride of this length did not come to its end, s.

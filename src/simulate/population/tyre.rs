@@ -36,7 +36,7 @@ const SETS: [[&str; 2]; 3] = [
 
 /// Shape and springs of a pair of tyres, front and rear.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Carcasses {
+pub(crate) struct Carcasses {
     /// Width, m.
     pub width: [f64; 2],
     /// Crown radius, m.
@@ -66,7 +66,7 @@ impl Carcasses {
 
 /// The formulas of a pair of tyres.
 #[derive(Debug, Clone)]
-pub enum Pair {
+pub(crate) enum Pair {
     /// In the plant.
     Paper,
     /// On their own, varied from the sets of these names.
@@ -75,7 +75,7 @@ pub enum Pair {
 
 impl Pair {
     /// Of the front one's set.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Pair::Paper => "the paper",
             Pair::Published([front, _], _) => front,
@@ -83,7 +83,7 @@ impl Pair {
     }
 
     /// One of them: `tyre` is the plant's, under a static load (N).
-    pub fn tyre(
+    pub(crate) fn tyre(
         &self,
         k: usize,
         tyre: &Tyre,
@@ -105,7 +105,7 @@ impl Pair {
 ///
 /// # Errors
 /// A published set does not load (a defect that a test would find).
-pub fn draw(
+pub(crate) fn draw(
     make: Make,
     plant: &mut Plant,
     load: [f64; 2],

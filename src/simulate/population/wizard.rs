@@ -33,7 +33,7 @@ const WEIGHT: f64 = 3.0;
 ///
 /// # Errors
 /// A size is none (a defect that a test would find).
-pub fn owner(machine: &Machine) -> Result<Owner, String> {
+pub(crate) fn owner(machine: &Machine) -> Result<Owner, String> {
     let Machine { seed, number, attempt, plant, .. } = machine;
     let mut random = Random::new(*seed, &format!("wizard {number} attempt {attempt}"));
     let mut sizes = [None, None];
@@ -77,7 +77,7 @@ fn looks_like(machine: &Machine) -> Result<&'static Class, String> {
 ///
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
-pub fn bike(machine: &Machine) -> Result<Bike, String> {
+pub(crate) fn bike(machine: &Machine) -> Result<Bike, String> {
     let portrait = owner(machine)?.portrait(Catalogue::builtin())?;
     let id = format!("machine_{:04}", machine.number);
     let text = text(&portrait, &id)?;

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use crate::statistics::random::Random;
 
 /// Distance between points of the line, m.
-pub const SPACING: f64 = 1.0;
+pub(crate) const SPACING: f64 = 1.0;
 /// Distance between points while the line is smoothed, m.
 const FINE: f64 = 0.1;
 /// Width of the smoothing, standard deviation, m.
@@ -169,7 +169,7 @@ impl Circuit {
 }
 
 /// An angle between -pi and pi.
-pub fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 
@@ -270,7 +270,7 @@ fn nearest_ahead(corners: &[([f64; 2], f64)], points: &[[f64; 2]]) -> Vec<usize>
 
 /// What a rider allows himself, by the point of the whole ride.
 #[derive(Debug, Clone)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// Lateral acceleration in corners, m/s².
     pub lateral: Vec<f64>,
     /// Deceleration, m/s².
@@ -287,7 +287,7 @@ pub struct Limits {
 
 /// The fastest speeds over some laps from a start speed (m/s): no more than an ellipse of accelerations and the
 /// engine's acceleration at a speed (`engine`, m/s²) allow; `closed` is the deceleration of a closed throttle.
-pub fn profile(
+pub(crate) fn profile(
     circuit: &Circuit,
     limits: &Limits,
     start: f64,

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::simulate::multibody::Motorcycle;
 
 /// rad/s to revolutions per minute.
-pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
+pub(crate) const RPM: f64 = 60.0 / std::f64::consts::TAU;
 /// Shifts up beyond, rev/min.
 const UP: f64 = 10_800.0;
 /// Shifts down below, rev/min.

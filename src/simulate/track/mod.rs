@@ -9,20 +9,20 @@
 //! as a force along the heading at the aerodynamic centre, which is about the mass centre's height; banked corners,
 //! kerbs and the tyres' warming are left out.
 
-pub mod circuit;
-pub mod drivetrain;
-pub mod ridden;
-pub mod rider;
-pub mod scenario;
-mod truth;
+pub(crate) mod circuit;
+pub(crate) mod drivetrain;
+pub(crate) mod ridden;
+pub(crate) mod rider;
+pub(crate) mod scenario;
+pub(crate) mod truth;
 
 use nalgebra::Vector3;
 
 use self::ridden::CORNER;
-pub use self::ridden::{DEGREE, ORIGIN, TrackRide, position};
+pub(crate) use self::ridden::{DEGREE, ORIGIN, TrackRide, position};
 use self::rider::{Hands, Rider};
-pub use self::scenario::{Entry, Track};
-pub use self::truth::{Doing, doings, notes};
+pub(crate) use self::scenario::{Entry, Track};
+pub(crate) use self::truth::{Doing, doings, notes};
 use super::imu;
 use super::preview::{Preview, Target};
 use super::programme::Controls;
@@ -44,7 +44,7 @@ const STEP: f64 = 0.002;
 /// Speed on the start line, m/s.
 const START: f64 = 30.0;
 /// Attempts at a session that comes to its end.
-pub const ATTEMPTS: usize = 8;
+pub(crate) const ATTEMPTS: usize = 8;
 /// Rides the session of a number: the first attempt that does not fall.
 ///
 /// # Errors

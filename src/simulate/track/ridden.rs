@@ -9,7 +9,7 @@ pub const ORIGIN: [f64; 2] = [44.3439, 11.7167];
 /// Metres of a degree of latitude.
 pub const DEGREE: f64 = 111_194.926_644;
 /// Lean from which it is a corner, rad.
-pub const CORNER: f64 = 0.21;
+pub(crate) const CORNER: f64 = 0.21;
 
 /// A session on the track with everything known about it.
 #[derive(Debug, Clone)]

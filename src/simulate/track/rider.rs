@@ -72,7 +72,7 @@ pub struct Hands {
 
 /// A rider on the track.
 #[derive(Debug)]
-pub struct Rider<'a> {
+pub(crate) struct Rider<'a> {
     model: &'a Model,
     circuit: &'a Circuit,
     drivetrain: Drivetrain,
@@ -97,7 +97,7 @@ pub struct Rider<'a> {
 
 impl<'a> Rider<'a> {
     /// A rider on the start line for some laps; every corner of every lap is ridden a little differently.
-    pub fn new(
+    pub(crate) fn new(
         model: &'a Model,
         circuit: &'a Circuit,
         drivetrain: Drivetrain,
@@ -163,7 +163,7 @@ impl<'a> Rider<'a> {
     }
 
     /// The lap under way, counted from 0.
-    pub fn lap(&self) -> usize {
+    pub(crate) fn lap(&self) -> usize {
         (self.hands.along / self.circuit.length).max(0.0) as usize
     }
 
@@ -174,7 +174,7 @@ impl<'a> Rider<'a> {
     }
 
     /// One decision, held until the next.
-    pub fn act(&mut self, state: &State, scratch: &Scratch) -> Action {
+    pub(crate) fn act(&mut self, state: &State, scratch: &Scratch) -> Action {
         let speed = state.level_velocity(&self.model.motorcycle.frame.centre)[0];
         let position = [state.position.x, state.position.y];
         (self.hands.along, self.hands.left) = self.circuit.place(position, self.hands.along);

@@ -33,7 +33,7 @@ use crate::simulate::tyre_truth::bench;
 use crate::statistics::random::Random;
 
 /// Built-in tracks by name.
-pub const BUILTIN: builtin::List = builtin::TRACKS;
+pub(crate) const BUILTIN: builtin::List = builtin::TRACKS;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

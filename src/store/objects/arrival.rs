@@ -9,7 +9,7 @@ use md5::{Digest, Md5};
 static NAMES_ARE_OTHERS: AtomicBool = AtomicBool::new(false);
 
 /// Whether a store's name for bytes looks like their MD5.
-pub fn is_checksum(etag: &str) -> bool {
+pub(super) fn is_checksum(etag: &str) -> bool {
     let etag = etag.trim_matches('"');
     etag.len() == 32
         && etag.bytes().all(|b| b.is_ascii_hexdigit())
@@ -17,19 +17,19 @@ pub fn is_checksum(etag: &str) -> bool {
 }
 
 /// Whether bytes are others than their name says; `false` where the name says nothing.
-pub fn differs(etag: Option<&str>, bytes: &[u8]) -> bool {
+pub(super) fn differs(etag: Option<&str>, bytes: &[u8]) -> bool {
     let Some(etag) = etag.filter(|etag| is_checksum(etag)) else { return false };
     let sum: String = Md5::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
     !etag.trim_matches('"').eq_ignore_ascii_case(&sum)
 }
 
 /// This store's names are no checksums.
-pub fn names_are_others() {
+pub(super) fn names_are_others() {
     NAMES_ARE_OTHERS.store(true, Ordering::Relaxed);
 }
 
 /// Whether requests go over plain HTTP, as to a store in the own house.
-pub fn is_plain() -> bool {
+pub(super) fn is_plain() -> bool {
     ["AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT"]
         .iter()
         .find_map(std::env::var_os)

@@ -176,7 +176,7 @@ fn stat_of(meta: &ObjectMeta) -> Stat {
 ///
 /// # Errors
 /// It is not there (`NotFound`), or the store does not answer.
-pub fn stat(url: &Url) -> Result<Stat> {
+pub(crate) fn stat(url: &Url) -> Result<Stat> {
     let meta = again(url, |client, key| async move { client.head(&key).await })?;
     Ok(stat_of(&meta))
 }
@@ -185,7 +185,7 @@ pub fn stat(url: &Url) -> Result<Stat> {
 ///
 /// # Errors
 /// The bucket is not there, or the store does not answer.
-pub fn list(prefix: &Url) -> Result<Vec<Entry>> {
+pub(crate) fn list(prefix: &Url) -> Result<Vec<Entry>> {
     let metas: Vec<ObjectMeta> = again(prefix, |client, key| async move {
         let below = (!key.as_ref().is_empty()).then_some(&key);
         client.list(below).try_collect().await
@@ -206,7 +206,7 @@ pub fn list(prefix: &Url) -> Result<Vec<Entry>> {
 ///
 /// # Errors
 /// It is not there (`NotFound`), or the store does not give it.
-pub fn get(url: &Url) -> Result<Bytes> {
+pub(crate) fn get(url: &Url) -> Result<Bytes> {
     get_version(url, None)
 }
 
@@ -214,7 +214,7 @@ pub fn get(url: &Url) -> Result<Bytes> {
 ///
 /// # Errors
 /// As [`get`]; or it was written anew since.
-pub fn get_version(url: &Url, etag: Option<&str>) -> Result<Bytes> {
+pub(crate) fn get_version(url: &Url, etag: Option<&str>) -> Result<Bytes> {
     let wanted = etag.map(|e| format!("\"{e}\""));
     let mut before: Option<Bytes> = None;
     for _ in 0..TRIES {
@@ -249,7 +249,7 @@ fn never_whole(url: &Url) -> Error {
 ///
 /// # Errors
 /// Each may be one, as [`get`]'s.
-pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
+pub(crate) fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
     if urls.is_empty() {
         return Vec::new(); // local files need no network
     }
@@ -283,7 +283,7 @@ pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
 }
 
 /// Whether an object is better fetched as a whole, so that what arrives can be held against its name.
-pub fn should_be_whole(stat: &Stat) -> bool {
+pub(crate) fn should_be_whole(stat: &Stat) -> bool {
     stat.size <= WHOLE
         && stat.etag.as_deref().is_some_and(arrival::is_checksum)
         && arrival::is_plain()
@@ -294,7 +294,7 @@ pub fn should_be_whole(stat: &Stat) -> bool {
 ///
 /// # Errors
 /// As [`get`]; or it was written anew since.
-pub fn get_ranges(
+pub(crate) fn get_ranges(
     url: &Url,
     etag: Option<&str>,
     ranges: &[Range<u64>],
@@ -343,7 +343,7 @@ fn merge(ranges: &[Range<u64>]) -> Vec<Range<u64>> {
 ///
 /// # Errors
 /// The store does not take it.
-pub fn put(url: &Url, bytes: &[u8]) -> Result<()> {
+pub(crate) fn put(url: &Url, bytes: &[u8]) -> Result<()> {
     let bytes = Bytes::copy_from_slice(bytes);
     for _ in 0..TRIES {
         let done = again(url, |client, key| {
@@ -366,7 +366,7 @@ pub fn put(url: &Url, bytes: &[u8]) -> Result<()> {
 /// # Errors
 /// `AlreadyExists`: there is one, or another one than `over`. The request may have been repeated
 /// after its answer was lost: the object that is there can be this one.
-pub fn put_if(url: &Url, bytes: &[u8], over: Option<&str>) -> Result<Option<String>> {
+pub(crate) fn put_if(url: &Url, bytes: &[u8], over: Option<&str>) -> Result<Option<String>> {
     let bytes = Bytes::copy_from_slice(bytes);
     let done = again(url, |client, key| {
         let bytes = bytes.clone();
@@ -386,7 +386,7 @@ pub fn put_if(url: &Url, bytes: &[u8], over: Option<&str>) -> Result<Option<Stri
 ///
 /// # Errors
 /// The store does not remove it.
-pub fn delete(url: &Url) -> Result<()> {
+pub(crate) fn delete(url: &Url) -> Result<()> {
     match again(url, |client, key| async move { client.delete(&key).await }) {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
         done => done,
@@ -397,7 +397,7 @@ pub fn delete(url: &Url) -> Result<()> {
 ///
 /// # Errors
 /// As [`delete`]; the others may be gone.
-pub fn delete_many(urls: &[Url]) -> Result<()> {
+pub(crate) fn delete_many(urls: &[Url]) -> Result<()> {
     if urls.is_empty() {
         return Ok(());
     }

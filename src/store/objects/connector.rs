@@ -12,7 +12,7 @@ use super::counts::{Counter, add};
 
 /// Makes clients that count.
 #[derive(Debug, Default)]
-pub struct Counting;
+pub(super) struct Counting;
 
 impl HttpConnector for Counting {
     fn connect(&self, options: &ClientOptions) -> object_store::Result<HttpClient> {

@@ -56,7 +56,7 @@ pub(super) fn add(kind: Counter, n: u64) {
 }
 
 /// Everything since the process began.
-pub fn so_far() -> Counts {
+pub(crate) fn so_far() -> Counts {
     let of = |kind: Counter| TALLY[kind as usize].load(Ordering::Relaxed);
     Counts {
         get: of(Counter::Get),
@@ -72,7 +72,7 @@ pub fn so_far() -> Counts {
 }
 
 /// Adds what a worker process has asked for.
-pub fn add_all(of: &Counts) {
+pub(crate) fn add_all(of: &Counts) {
     let all = [
         (Counter::Get, of.get),
         (Counter::Head, of.head),
@@ -90,7 +90,7 @@ pub fn add_all(of: &Counts) {
 }
 
 /// Since an earlier count.
-pub fn since(before: Counts) -> Counts {
+pub(crate) fn since(before: Counts) -> Counts {
     let now = so_far();
     Counts {
         get: now.get - before.get,

@@ -21,7 +21,7 @@ fn variables(scheme: Scheme) -> &'static str {
 }
 
 /// Whether a repeated request may succeed.
-pub fn is_transient(error: &object_store::Error) -> bool {
+pub(super) fn is_transient(error: &object_store::Error) -> bool {
     match error {
         object_store::Error::Generic { .. } => {
             // answers that will be the same next time: all that blame the request
@@ -36,7 +36,7 @@ pub fn is_transient(error: &object_store::Error) -> bool {
 }
 
 /// The error with its remedy; its kind is what callers branch on.
-pub fn explain(url: &Url, error: object_store::Error) -> Error {
+pub(super) fn explain(url: &Url, error: object_store::Error) -> Error {
     use object_store::Error as E;
     let names = variables(url.scheme);
     let text = error.to_string();
@@ -101,7 +101,9 @@ fn advice(url: &Url, text: &str) -> &'static str {
 ///
 /// # Errors
 /// There is not, and no such server.
-pub fn credentials_at_hand(setting: &dyn Fn(AmazonS3ConfigKey) -> Option<String>) -> Result<()> {
+pub(super) fn credentials_at_hand(
+    setting: &dyn Fn(AmazonS3ConfigKey) -> Option<String>,
+) -> Result<()> {
     use AmazonS3ConfigKey as Key;
     let one_of = [
         Key::AccessKeyId,

@@ -16,7 +16,7 @@ fn noted() -> MutexGuard<'static, HashMap<Location, Error>> {
 }
 
 /// Notes an error of a read; that the log ends before what was asked for is none.
-pub fn note(log: &Location, error: &Error) {
+pub(crate) fn note(log: &Location, error: &Error) {
     if matches!(error.kind(), ErrorKind::UnexpectedEof | ErrorKind::Interrupted) {
         return;
     }
@@ -28,6 +28,6 @@ pub fn note(log: &Location, error: &Error) {
 }
 
 /// What was noted of a log since it was asked for last.
-pub fn take(log: &Location) -> Option<Error> {
+pub(crate) fn take(log: &Location) -> Option<Error> {
     noted().remove(log)
 }

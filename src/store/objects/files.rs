@@ -113,7 +113,7 @@ fn is_there<T>(found: Result<T>) -> Result<bool> {
 ///
 /// # Errors
 /// Each may be one, as of [`Location::read`].
-pub fn read_many(files: &[&Location]) -> Vec<Result<Bytes>> {
+pub(crate) fn read_many(files: &[&Location]) -> Vec<Result<Bytes>> {
     let urls: Vec<Url> = files.iter().filter_map(|at| at.as_url().cloned()).collect();
     let mut remote = client::get_many(&urls).into_iter();
     let read = |at: &&Location| match at {
@@ -127,7 +127,7 @@ pub fn read_many(files: &[&Location]) -> Vec<Result<Bytes>> {
 ///
 /// # Errors
 /// One is there and cannot be removed.
-pub fn remove_many(files: &[&Location]) -> Result<()> {
+pub(crate) fn remove_many(files: &[&Location]) -> Result<()> {
     let urls: Vec<Url> = files.iter().filter_map(|at| at.as_url().cloned()).collect();
     client::delete_many(&urls)?;
     files.iter().filter(|at| !at.is_remote()).try_for_each(|at| at.remove())
@@ -159,7 +159,7 @@ fn list_local(folder: &Path) -> Vec<Entry> {
 ///
 /// # Errors
 /// It is not there, cannot be read, or is no file.
-pub fn open_file(path: &Path) -> Result<File> {
+pub(crate) fn open_file(path: &Path) -> Result<File> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(Error::new(
             ErrorKind::InvalidInput,

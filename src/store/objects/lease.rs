@@ -34,7 +34,7 @@ struct Held {
 
 /// Why there is no lock.
 #[derive(Debug)]
-pub enum Refusal {
+pub(crate) enum Refusal {
     /// Another run has it: who, until when.
     Taken(String, Timestamp),
     /// The store has no conditional puts.
@@ -54,7 +54,7 @@ impl From<std::io::Error> for Refusal {
 
 /// A lock, held and renewed until it is dropped.
 #[derive(Debug)]
-pub struct Lease {
+pub(crate) struct Lease {
     url: Url,
     lost: Arc<AtomicBool>,
     renewal: Option<(Sender<()>, JoinHandle<()>)>,
@@ -72,7 +72,7 @@ impl Lease {
     ///
     /// # Errors
     /// See [`Refusal`].
-    pub fn take(url: &Url) -> std::result::Result<Lease, Refusal> {
+    pub(crate) fn take(url: &Url) -> std::result::Result<Lease, Refusal> {
         let seconds = std::env::var("ROADBENCH_LOCK_SECONDS").ok().and_then(|s| s.parse().ok());
         let term = Duration::from_secs(seconds.unwrap_or(TERM).clamp(2, 3600));
         let owner = format!("{}, process {}, {:08x}", host(), std::process::id(), number());
@@ -136,7 +136,7 @@ impl Lease {
     ///
     /// # Errors
     /// It could not be renewed in time, and another run may be writing.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if self.lost.load(Ordering::Relaxed) {
             let message = "the lock on the output could not be renewed in time; run again";
             return Err(std::io::Error::other(message));

@@ -21,28 +21,28 @@
 //! `AZURE_STORAGE_ACCOUNT_NAME`, ...). One client per bucket serves the whole process. Built
 //! without the feature `cloud`, every address is an error that says so.
 
-pub mod counts;
+pub(crate) mod counts;
 mod faults;
-pub mod files;
-pub mod lease;
-pub mod location;
-pub mod packed;
+pub(crate) mod files;
+pub(crate) mod lease;
+pub(crate) mod location;
+pub(crate) mod packed;
 mod pattern;
-pub mod plain;
-pub mod replace;
-pub mod search;
-pub mod source;
-pub mod stat;
-pub mod url;
+pub(crate) mod plain;
+pub(crate) mod replace;
+pub(crate) mod search;
+pub(crate) mod source;
+pub(crate) mod stat;
+pub(crate) mod url;
 
 #[cfg(feature = "cloud")]
 mod arrival;
 #[cfg_attr(not(feature = "cloud"), path = "absent.rs")]
-pub mod client;
+pub(crate) mod client;
 #[cfg(feature = "cloud")]
 mod connector;
 #[cfg(feature = "cloud")]
 mod errors;
 
-pub use location::Location;
-pub use stat::{Entry, Stat};
+pub(crate) use location::Location;
+pub(crate) use stat::{Entry, Stat};

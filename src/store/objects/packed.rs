@@ -15,7 +15,7 @@ const LARGEST: u64 = 1 << 30;
 
 /// An unpacked log.
 #[derive(Debug, Clone)]
-pub struct Unpacked {
+pub(crate) struct Unpacked {
     /// Its bytes, as far as they could be unpacked.
     pub bytes: Bytes,
     /// Why the rest could not.
@@ -30,7 +30,7 @@ thread_local! {
 }
 
 /// Lets go of what this thread unpacked last: it reads another log now.
-pub fn forget() {
+pub(crate) fn forget() {
     LAST.set(None);
 }
 
@@ -38,7 +38,7 @@ pub fn forget() {
 ///
 /// # Errors
 /// Nothing of it can be unpacked, or it is too large.
-pub fn unpacked(log: &Location, stat: &Stat, packed: impl Read) -> Result<Unpacked> {
+pub(crate) fn unpacked(log: &Location, stat: &Stat, packed: impl Read) -> Result<Unpacked> {
     let key = (log.clone(), stat.size, stat.modified);
     let known = LAST.with_borrow(|last| {
         last.as_ref().filter(|(of, _)| *of == key).map(|(_, unpacked)| unpacked.clone())

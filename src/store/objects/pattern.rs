@@ -9,7 +9,7 @@ use walkdir::WalkDir;
 use super::location::WILD;
 
 /// Something that matches, or what could not be searched, and why.
-pub type Expanded = Result<PathBuf, (PathBuf, String)>;
+pub(super) type Expanded = Result<PathBuf, (PathBuf, String)>;
 
 /// A part of a pattern between two separators.
 enum Part {
@@ -25,7 +25,7 @@ enum Part {
 ///
 /// # Errors
 /// It is no glob pattern.
-pub fn expand(pattern: &str) -> Result<Vec<Expanded>, PatternError> {
+pub(super) fn expand(pattern: &str) -> Result<Vec<Expanded>, PatternError> {
     Pattern::new(pattern)?;
     let wild = pattern.find(WILD).unwrap_or(pattern.len());
     let base = pattern[..wild].rfind(std::path::is_separator).map_or(0, |at| at + 1);

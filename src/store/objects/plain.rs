@@ -8,7 +8,7 @@ const MARK: &str = " (os error ";
 
 /// A message in which the system's own words, `No such file or directory (os error 2)`, are plain ones. Other errors
 /// carry them within their own sentences, so it is the text that is looked at; a text without them stays as it is.
-pub fn plain(message: &str) -> Cow<'_, str> {
+pub(crate) fn plain(message: &str) -> Cow<'_, str> {
     if !message.contains(MARK) {
         return Cow::Borrowed(message);
     }

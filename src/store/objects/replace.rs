@@ -6,7 +6,7 @@ use std::io::{Error, ErrorKind, Result, Write as _};
 use std::path::{Path, PathBuf};
 
 /// How the name of a local file that is still being written starts and ends.
-pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
+pub(crate) const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
 
 /// Writes a file, whole or not at all, making its folder. A link, device or pipe of that name is replaced, too
 /// ([`tables::output`](crate::store::tables::output) has the rule for what a user names). A file that was there keeps its rights.
@@ -25,7 +25,7 @@ pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// The folder that a file lies in.
-pub fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -89,7 +89,7 @@ fn open(path: &Path, options: &mut OpenOptions) -> Result<File> {
 ///
 /// # Errors
 /// It cannot be opened, or is a link, a device or anything else but a file: it is not written through.
-pub fn open_own(path: &Path, options: &mut OpenOptions) -> Result<File> {
+pub(crate) fn open_own(path: &Path, options: &mut OpenOptions) -> Result<File> {
     let strange = || {
         let what =
             "it is a link, folder, pipe or device where a file of roadbench's belongs; remove it";
@@ -125,7 +125,7 @@ fn keep_rights(_: &File, _: &Path) -> Result<()> {
 
 /// Whether two names are of one file.
 #[cfg(unix)]
-pub fn same_file(a: &Metadata, b: &Metadata) -> bool {
+pub(crate) fn same_file(a: &Metadata, b: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
@@ -152,7 +152,7 @@ fn make_folder(folder: &Path) -> Result<()> {
 ///
 /// # Errors
 /// It is not there, or the disk fails.
-pub fn sync_folder(folder: &Path) -> Result<()> {
+pub(crate) fn sync_folder(folder: &Path) -> Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 

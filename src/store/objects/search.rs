@@ -17,7 +17,7 @@ use super::{client, pattern, source};
 
 /// Something that is there.
 #[derive(Debug)]
-pub struct Match {
+pub(crate) struct Match {
     /// Its location.
     pub location: Location,
     /// What it is.
@@ -26,7 +26,7 @@ pub struct Match {
 
 /// What a [`Match`] is.
 #[derive(Debug)]
-pub enum MatchKind {
+pub(crate) enum MatchKind {
     /// A file or an object.
     File,
     /// A folder, or a prefix with at least one object below it.
@@ -39,14 +39,14 @@ pub enum MatchKind {
 
 /// A folder or a prefix whose files can be asked for.
 #[derive(Debug)]
-pub struct Folder {
+pub(crate) struct Folder {
     location: Location,
     /// Of a prefix: what was listed below it.
     entries: Vec<Entry>,
 }
 
 /// A file below a folder, or why a part of the folder could not be searched.
-pub type Searched = std::result::Result<Location, (Location, String)>;
+pub(crate) type Searched = std::result::Result<Location, (Location, String)>;
 
 /// What is behind a name: nothing, the file or folder of that name, or all that a glob pattern
 /// matches. Of a key that `is_file_name` takes for a file's the object is asked for first, of any
@@ -54,7 +54,7 @@ pub type Searched = std::result::Result<Location, (Location, String)>;
 ///
 /// # Errors
 /// The store does not answer; `InvalidInput`: it is no glob pattern.
-pub fn find(name: &Location, is_file_name: impl Fn(&str) -> bool) -> Result<Vec<Match>> {
+pub(crate) fn find(name: &Location, is_file_name: impl Fn(&str) -> bool) -> Result<Vec<Match>> {
     match name {
         Location::Remote(url) if name.is_pattern() => remote_pattern(url),
         Location::Remote(url) => remote(url, is_file_name(&url.key)),
@@ -162,7 +162,7 @@ fn remote_pattern(pattern: &Url) -> Result<Vec<Match>> {
 
 impl Folder {
     /// Where it is.
-    pub fn location(&self) -> &Location {
+    pub(crate) fn location(&self) -> &Location {
         &self.location
     }
 
@@ -170,7 +170,7 @@ impl Folder {
     ///
     /// # Errors
     /// This folder itself, unchanged, where there is none.
-    pub fn subfolder(mut self, name: &str) -> std::result::Result<Self, Self> {
+    pub(crate) fn subfolder(mut self, name: &str) -> std::result::Result<Self, Self> {
         let location = self.location.join(name);
         if let Location::Local(path) = &location {
             // one that cannot be looked at is found when it is searched
@@ -195,7 +195,7 @@ impl Folder {
     /// The files below that `keep` takes, at any depth, those of a folder in order of name; links
     /// are followed. `keep` is asked of folders too (its second argument says which it is), and
     /// nothing below one that it leaves is looked at.
-    pub fn files(self, keep: &dyn Fn(&Location, bool) -> bool) -> Vec<Searched> {
+    pub(crate) fn files(self, keep: &dyn Fn(&Location, bool) -> bool) -> Vec<Searched> {
         match &self.location {
             Location::Local(path) => local_files(path, keep),
             Location::Remote(url) => remote_files(url, self.entries, keep),

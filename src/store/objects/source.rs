@@ -20,7 +20,7 @@ use parquet::file::reader::{ChunkReader, Length};
 
 use super::client;
 use super::faults;
-pub use super::faults::{note as note_fault, take as take_fault};
+pub(crate) use super::faults::{note as note_fault, take as take_fault};
 use super::files::{open_file, stat_local};
 use super::location::Location;
 use super::packed::{self, Unpacked};
@@ -37,7 +37,7 @@ const AHEAD: u64 = 64 << 10;
 ///
 /// # Errors
 /// It is not there or cannot be asked for.
-pub fn stat(log: impl Into<Location>) -> Result<Stat> {
+pub(crate) fn stat(log: impl Into<Location>) -> Result<Stat> {
     match log.into() {
         Location::Remote(url) => stat_of(&url),
         Location::Local(path) => stat_local(&path),
@@ -48,7 +48,7 @@ pub fn stat(log: impl Into<Location>) -> Result<Stat> {
 ///
 /// # Errors
 /// As [`stat`].
-pub fn identity(url: &Url) -> Result<String> {
+pub(crate) fn identity(url: &Url) -> Result<String> {
     let stat = stat_of(url)?;
     Ok(match &stat.etag {
         Some(etag) => format!("etag-{etag}-{}", stat.size),
@@ -67,7 +67,7 @@ fn known() -> &'static Known {
 }
 
 /// Keeps a listing's entry of a log, until it is listed again.
-pub fn remember(url: Url, stat: Stat) {
+pub(crate) fn remember(url: Url, stat: Stat) {
     known().lock().unwrap_or_else(PoisonError::into_inner).insert(url, stat);
 }
 
@@ -85,7 +85,7 @@ fn stat_of(url: &Url) -> Result<Stat> {
 
 /// An open log.
 #[derive(Debug)]
-pub enum Source {
+pub(crate) enum Source {
     /// A file.
     Local(LocalLog),
     /// An object.
@@ -96,7 +96,7 @@ pub enum Source {
 
 /// A file of this machine; what it does not give is noted.
 #[derive(Debug)]
-pub struct LocalLog {
+pub(crate) struct LocalLog {
     file: File,
     log: Location,
 }
@@ -110,7 +110,7 @@ impl LocalLog {
     ///
     /// # Errors
     /// The file cannot be asked.
-    pub fn size(&self) -> Result<u64> {
+    pub(crate) fn size(&self) -> Result<u64> {
         let meta = self.file.metadata();
         Ok(meta.inspect_err(|e| faults::note(&self.log, e))?.len())
     }
@@ -120,7 +120,7 @@ impl LocalLog {
     /// # Errors
     /// The file ends before, or cannot be read.
     #[cfg(unix)]
-    pub fn read_exact_at(&self, out: &mut [u8], at: u64) -> Result<()> {
+    pub(crate) fn read_exact_at(&self, out: &mut [u8], at: u64) -> Result<()> {
         let read = std::os::unix::fs::FileExt::read_exact_at(&self.file, out, at);
         read.inspect_err(|e| faults::note(&self.log, e))
     }
@@ -141,7 +141,7 @@ impl Read for LocalLog {
 
 /// An object and where in it the reader is.
 #[derive(Debug)]
-pub struct Remote {
+pub(crate) struct Remote {
     log: Arc<Log>,
     at: u64,
 }
@@ -150,7 +150,7 @@ pub struct Remote {
 ///
 /// # Errors
 /// It is not there or cannot be read.
-pub fn open(log: &Location) -> Result<Source> {
+pub(crate) fn open(log: &Location) -> Result<Source> {
     if log.is_packed() {
         return Ok(Source::Unpacked(Cursor::new(unpacked(log)?.bytes)));
     }
@@ -159,7 +159,7 @@ pub fn open(log: &Location) -> Result<Source> {
 }
 
 /// Why the end of a packed log is missing, if it is.
-pub fn broken(log: &Location) -> Option<String> {
+pub(crate) fn broken(log: &Location) -> Option<String> {
     if log.is_packed() { unpacked(log).ok()?.broken } else { None }
 }
 
@@ -190,7 +190,7 @@ fn open_as_it_is(log: &Location) -> Result<Source> {
 ///
 /// # Errors
 /// As [`open()`].
-pub fn read(log: &Location) -> Result<Vec<u8>> {
+pub(crate) fn read(log: &Location) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(log)?.read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -266,7 +266,7 @@ impl Source {
     ///
     /// # Errors
     /// The file cannot be asked.
-    pub fn size(&self) -> Result<u64> {
+    pub(crate) fn size(&self) -> Result<u64> {
         match self {
             Source::Local(file) => file.size(),
             Source::Remote(remote) => Ok(remote.log.stat.size),
@@ -278,7 +278,7 @@ impl Source {
     ///
     /// # Errors
     /// The store does not give it.
-    pub fn prepare(&self, ranges: &[Range<u64>]) -> Result<()> {
+    pub(crate) fn prepare(&self, ranges: &[Range<u64>]) -> Result<()> {
         match self {
             Source::Local(_) | Source::Unpacked(_) => Ok(()),
             Source::Remote(remote) => remote.log.fetch(ranges),
@@ -351,7 +351,7 @@ impl Length for Source {
 
 /// Where the parquet decoder reads a page's header, then its bytes.
 #[derive(Debug)]
-pub enum Chunk {
+pub(crate) enum Chunk {
     /// In a file.
     Local(BufReader<LocalLog>),
     /// In an object.

@@ -20,7 +20,7 @@ const NAMES: [&str; 2] = ["session_id", "bike_id"];
 
 /// Which rows of the files of the table of `R` are of which session.
 #[derive(Debug)]
-pub struct SessionFiles<R> {
+pub(crate) struct SessionFiles<R> {
     /// By bike and session.
     places: BTreeMap<(String, String), Vec<Place>>,
     files: Vec<(PathBuf, ArrowReaderMetadata)>,
@@ -42,7 +42,7 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn read(out: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(out: &Path) -> Result<Self, Error> {
         Self::of(read::files(out, R::spec())?)
     }
 
@@ -50,7 +50,7 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     ///
     /// # Errors
     /// As [`SessionFiles::read`].
-    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+    pub(crate) fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
         let folder = format!("bike={}", session.bike_id);
         let own = file_name(&session.session_id);
         let is_own = |path: &PathBuf| {
@@ -95,7 +95,7 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     }
 
     /// Bike and session of each, in their order.
-    pub fn keys(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub(crate) fn keys(&self) -> impl Iterator<Item = (&str, &str)> {
         self.places.keys().map(|(bike, session)| (bike.as_str(), session.as_str()))
     }
 
@@ -103,7 +103,7 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
-    pub fn rows(&self, session: &Ident) -> Result<Vec<R>, Error> {
+    pub(crate) fn rows(&self, session: &Ident) -> Result<Vec<R>, Error> {
         let (bike, id) = session.key();
         let mut rows = Vec::new();
         for (file, range) in

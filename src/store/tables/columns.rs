@@ -19,7 +19,7 @@ use crate::contract::schema::{Column, Table};
 ///
 /// # Errors
 /// A sentence: a field that the schema lacks, one that it requires and the row has not, or a value of another type.
-pub fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, String> {
+pub(super) fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, String> {
     let growing = table.columns.iter().map(|c| Growing::of(c, rows.len())).collect();
     let given = vec![false; table.columns.len()];
     let mut columns =

@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::contract::instant;
 use crate::contract::schema::Table;
 use crate::store::objects::Location;
-pub use crate::store::objects::replace::TEMPORARY;
+pub(crate) use crate::store::objects::replace::TEMPORARY;
 use crate::store::tables::columns;
 use crate::store::tables::registry::Row;
 
@@ -59,7 +59,7 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
 ///
 /// # Errors
 /// A sentence: a column is missing or of another type.
-pub fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
+pub(crate) fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
     let columns: Vec<ArrayRef> = table
         .columns
         .iter()
@@ -145,7 +145,7 @@ pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error
 ///
 /// # Errors
 /// A batch does not fit the table.
-pub fn batches_to_bytes(table: &Table, batches: &[RecordBatch]) -> Result<Vec<u8>, Error> {
+pub(crate) fn batches_to_bytes(table: &Table, batches: &[RecordBatch]) -> Result<Vec<u8>, Error> {
     // what follows another is put together first, as far as it is small: a batch of one row costs as much as one of many
     let chunks = batches.chunk_by(|_, next| next.num_rows() < SMALL);
     let schema = table.arrow();

@@ -3,13 +3,13 @@
 //!
 //! [`mod@output`] has the rule for paths that a user names.
 
-pub mod by_session;
+pub(crate) mod by_session;
 mod columns;
-pub mod file;
-mod ident;
-mod lap_rows;
-pub mod names;
-pub mod output;
-pub mod read;
-pub mod registry;
-pub mod rows;
+pub(crate) mod file;
+pub(crate) mod ident;
+pub(crate) mod lap_rows;
+pub(crate) mod names;
+pub(crate) mod output;
+pub(crate) mod read;
+pub(crate) mod registry;
+pub(crate) mod rows;

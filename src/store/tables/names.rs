@@ -43,7 +43,7 @@ fn is_device(id: &str) -> bool {
 }
 
 /// Whether an id can be a file or folder name as it is.
-pub fn is_plain(id: &str) -> bool {
+pub(crate) fn is_plain(id: &str) -> bool {
     file_name(id) == id
 }
 

@@ -64,7 +64,7 @@ pub fn file_rows<R: Row + DeserializeOwned>(path: &Path) -> Result<Vec<R>, Error
 ///
 /// # Errors
 /// The file cannot be read or lacks a column.
-pub fn rows_where<R: Row + DeserializeOwned>(
+pub(crate) fn rows_where<R: Row + DeserializeOwned>(
     path: &Path,
     wanted: impl Fn(&Columns, usize) -> bool,
 ) -> Result<Vec<R>, Error> {
@@ -79,7 +79,10 @@ pub fn rows_where<R: Row + DeserializeOwned>(
 ///
 /// # Errors
 /// As [`file_rows`].
-pub fn rows_of<R: Row + DeserializeOwned>(at: &Location, file: Vec<u8>) -> Result<Vec<R>, Error> {
+pub(crate) fn rows_of<R: Row + DeserializeOwned>(
+    at: &Location,
+    file: Vec<u8>,
+) -> Result<Vec<R>, Error> {
     let path = PathBuf::from(at.to_string());
     let batches =
         batches_of(Bytes::from(file)).map_err(|message| Error { path: path.clone(), message })?;
@@ -91,7 +94,7 @@ pub fn rows_of<R: Row + DeserializeOwned>(at: &Location, file: Vec<u8>) -> Resul
 }
 
 /// The schema of a table's file where it is a newer version than this roadbench has, `coefficients.v2`.
-pub fn newer_schema(spec: &TableSpec, file: impl ChunkReader + 'static) -> Option<String> {
+pub(crate) fn newer_schema(spec: &TableSpec, file: impl ChunkReader + 'static) -> Option<String> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
     let schema = builder.schema().metadata().get("roadbench.schema")?.clone();
     let version: u32 = schema.rsplit_once(".v")?.1.parse().ok()?;
@@ -150,7 +153,7 @@ pub fn files(out: &Path, spec: &TableSpec) -> Result<Vec<PathBuf>, Error> {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn batches(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
+pub(crate) fn batches(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
     selected(path, &about(path)?, only, None)
 }
 
@@ -191,7 +194,7 @@ pub(super) fn selected(
 
 /// The columns of one batch by name, in the types of files; rows get instants as texts.
 #[derive(Debug)]
-pub struct Columns(BTreeMap<&'static str, ArrayRef>);
+pub(crate) struct Columns(BTreeMap<&'static str, ArrayRef>);
 
 impl Columns {
     /// Checks a batch of the file `path` against its schema; `only` limits the columns looked for
@@ -199,7 +202,7 @@ impl Columns {
     ///
     /// # Errors
     /// A column is missing or has another type.
-    pub fn new(
+    pub(crate) fn new(
         path: &Path,
         spec: &'static TableSpec,
         batch: &RecordBatch,
@@ -229,18 +232,18 @@ impl Columns {
     }
 
     /// A text; empty where there is none.
-    pub fn text(&self, name: &str, i: usize) -> &str {
+    pub(crate) fn text(&self, name: &str, i: usize) -> &str {
         self.valid(name, i).map_or("", |a| a.as_string::<i32>().value(i))
     }
 
     /// A number; NaN where there is none that is finite.
-    pub fn number(&self, name: &str, i: usize) -> f64 {
+    pub(crate) fn number(&self, name: &str, i: usize) -> f64 {
         let value = self.valid(name, i).map(|a| a.as_primitive::<Float64Type>().value(i));
         value.filter(|x| x.is_finite()).unwrap_or(f64::NAN)
     }
 
     /// An instant, microseconds since 1970 in UTC.
-    pub fn instant(&self, name: &str, i: usize) -> Option<i64> {
+    pub(crate) fn instant(&self, name: &str, i: usize) -> Option<i64> {
         let array = self.valid(name, i)?;
         Some(array.as_primitive::<TimestampMicrosecondType>().value(i))
     }

@@ -129,6 +129,7 @@ macro_rules! tables {
     ($($constant:ident: $name:literal, $row:tt, $scope:ident, $command:ident, $presence:ident;)*) => {
         $(
             #[doc = concat!("The table `", $name, "`.")]
+            #[allow(unreachable_pub)] // not every one is used outside of the crate
             pub static $constant: TableSpec = TableSpec {
                 name: $name,
                 schema: include_str!(concat!("../../../schemas/", $name, ".v1.toml")),
@@ -182,18 +183,18 @@ tables! {
 
 /// What else is below an output folder: extended models (a TOML file per diagnosed session, and one of what they share) and
 /// the report's pages.
-pub const OTHER_FOLDERS: &[&str] = &["models", "report"];
+pub(crate) const OTHER_FOLDERS: &[&str] = &["models", "report"];
 
 /// Held while a batch writes: an output has it.
-pub const LOCK: &str = ".roadbench.lock";
+pub(crate) const LOCK: &str = ".roadbench.lock";
 /// Folder of what an output keeps for itself.
-pub const OWN: &str = ".roadbench";
+pub(crate) const OWN: &str = ".roadbench";
 /// Files beside the folders: what the last run did, the lock, and the bench values that a report was given.
-pub const OTHER_FILES: &[&str] =
+pub(crate) const OTHER_FILES: &[&str] =
     &["run.json", LOCK, "bench.csv", "bench_front.tdx", "bench_rear.tdx"];
 
 /// The folders below an output that `run` and `diagnose` write to.
-pub fn folders() -> impl Iterator<Item = &'static str> {
+pub(crate) fn folders() -> impl Iterator<Item = &'static str> {
     let below =
         |spec: &&&TableSpec| matches!(spec.scope, Scope::Session | Scope::Log | Scope::Fleet);
     ALL.iter().filter(below).map(|spec| spec.name).chain(OTHER_FOLDERS.iter().copied())
@@ -211,7 +212,7 @@ pub fn of_fleet() -> impl Iterator<Item = &'static TableSpec> {
 }
 
 /// The folders that reports and fleet statistics are made from.
-pub fn read_by_reports() -> impl Iterator<Item = &'static str> {
+pub(crate) fn read_by_reports() -> impl Iterator<Item = &'static str> {
     let read = |spec: &&&TableSpec| {
         matches!(spec.scope, Scope::Session | Scope::Log | Scope::Fleet)
             && spec.presence != Presence::OnRequest

@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use super::ident::Ident;
-pub use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
+pub(crate) use super::ident::Ident;
+pub(crate) use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
 use crate::contract::reason::Reason;
-pub use crate::contract::status::Status;
+pub(crate) use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
-pub const POOLED: &str = "(pooled)";
+pub(crate) const POOLED: &str = "(pooled)";
 
 /// From what a row was made.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -366,7 +366,7 @@ pub struct TyreRow {
 /// A row of `bikes`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct BikeRow {
+pub(crate) struct BikeRow {
     pub bike_id: String,
     pub source: String,
     pub taken: Option<f64>,
@@ -409,7 +409,7 @@ pub struct CauseRow {
 /// A row of `diagnoses`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct DiagnosisRow {
+pub(crate) struct DiagnosisRow {
     #[serde(flatten)]
     pub ident: Ident,
     pub path: String,
@@ -580,7 +580,7 @@ pub struct Truth {
 /// A row of `truth_segments`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct TruthSegment {
+pub(crate) struct TruthSegment {
     pub session_id: String,
     pub bike_id: String,
     pub kind: String,
@@ -592,7 +592,7 @@ pub struct TruthSegment {
 /// A row of `truth_signals`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct TruthSignal {
+pub(crate) struct TruthSignal {
     pub session_id: String,
     pub bike_id: String,
     pub time: f64,
@@ -621,7 +621,7 @@ pub struct TruthSignal {
 /// A row of `truth_offroad`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct TruthOffroad {
+pub(crate) struct TruthOffroad {
     pub session_id: String,
     pub bike_id: String,
     pub time: f64,
@@ -643,7 +643,7 @@ pub struct TruthOffroad {
 /// A row of `modes`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct ModeRow {
+pub(crate) struct ModeRow {
     pub motorcycle: String,
     pub speed: f64,
     pub mode: String,
@@ -668,7 +668,7 @@ pub struct PeakRow {
 /// A row of `replay`, of `roadbench replay`: a braking, ridden again.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct BrakingReplay {
+pub(crate) struct BrakingReplay {
     pub session_id: String,
     pub bike_id: String,
     pub kind: String,
@@ -685,7 +685,7 @@ pub struct BrakingReplay {
 /// A row of `bench`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct BenchRow {
+pub(crate) struct BenchRow {
     pub tyre: String,
     pub load: f64,
     pub camber: f64,

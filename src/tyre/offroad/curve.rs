@@ -2,7 +2,7 @@
 
 /// Beyond the ends of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Beyond {
+pub(crate) enum Beyond {
     /// The last slope goes on at both ends.
     Both,
     /// The first slope goes on below, zero above: a top-out stop.
@@ -13,7 +13,7 @@ pub enum Beyond {
 
 /// Straight lines through pairs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Lines {
+pub(crate) struct Lines {
     rows: Vec<[f64; 2]>,
     beyond: Beyond,
 }
@@ -21,13 +21,13 @@ pub struct Lines {
 impl Lines {
     /// A curve of at least two rows whose first column increases, as the bike file's check leaves
     /// them.
-    pub fn new(rows: &[[f64; 2]], beyond: Beyond) -> Self {
+    pub(crate) fn new(rows: &[[f64; 2]], beyond: Beyond) -> Self {
         Lines { rows: rows.to_vec(), beyond }
     }
 
     /// The ordinate at `x`.
     #[inline]
-    pub fn at(&self, x: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64) -> f64 {
         let rows = &self.rows;
         let last = rows.len() - 1;
         if x < rows[0][0] && self.beyond == Beyond::Above {

@@ -2,8 +2,8 @@
 //!
 //! Used by the inverse dynamics ([`crate::estimate::offroad`]) and by the motocross simulator.
 
-pub mod body;
-pub mod chain;
-pub mod curve;
-pub mod equations;
-pub mod machine;
+pub(crate) mod body;
+pub(crate) mod chain;
+pub(crate) mod curve;
+pub(crate) mod equations;
+pub(crate) mod machine;

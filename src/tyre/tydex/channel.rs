@@ -12,7 +12,7 @@ use super::unit::Quantity;
 
 /// Where a force or moment is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axes {
+pub(crate) enum Axes {
     /// Carrier: leans with the wheel.
     C,
     /// Horizontal: at the wheel centre, upright.
@@ -23,7 +23,7 @@ pub enum Axes {
 
 /// What a channel is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Meaning {
+pub(crate) enum Meaning {
     /// `LONGSLIP`.
     SlipRatio,
     /// `SLIPANGL`.
@@ -46,7 +46,7 @@ pub enum Meaning {
 
 impl Meaning {
     /// Of a channel's or constant's name; none of the many that no tyre model is compared by.
-    pub fn of(name: &str) -> Option<Self> {
+    pub(crate) fn of(name: &str) -> Option<Self> {
         let name = name.to_ascii_uppercase();
         Some(match name.as_str() {
             "LONGSLIP" => Meaning::SlipRatio,
@@ -73,7 +73,7 @@ impl Meaning {
     }
 
     /// What it is in.
-    pub fn quantity(self) -> Quantity {
+    pub(crate) fn quantity(self) -> Quantity {
         match self {
             Meaning::SlipRatio => Quantity::Ratio,
             Meaning::SlipAngle | Meaning::Camber => Quantity::Angle,

@@ -9,7 +9,7 @@ const NUMBERS: [usize; 4] = [50, 60, 70, 80];
 
 /// A channel or a constant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// In the format's name, or the vendor's.
     pub name: String,
     /// What it is, if that is read.
@@ -21,7 +21,7 @@ pub struct Entry {
 }
 
 /// A number as vendors write it: a comma for the point, a `D` for the exponent.
-pub fn number(word: &str) -> Option<f64> {
+pub(crate) fn number(word: &str) -> Option<f64> {
     let plain = match (word.matches(',').count(), word.contains('.')) {
         (1, false) => word.replace(',', "."),
         _ => word.to_owned(),
@@ -30,7 +30,7 @@ pub fn number(word: &str) -> Option<f64> {
 }
 
 /// Characters `from..to` of a line, trimmed.
-pub fn columns(line: &str, from: usize, to: usize) -> String {
+pub(crate) fn columns(line: &str, from: usize, to: usize) -> String {
     let part: String = line.chars().skip(from).take(to - from).collect();
     part.trim().to_owned()
 }
@@ -41,7 +41,7 @@ impl Entry {
     ///
     /// # Errors
     /// A sentence: a channel that is needed has a unit that is not known, or numbers that are none.
-    pub fn parse(line: &str) -> Result<Self, String> {
+    pub(crate) fn parse(line: &str) -> Result<Self, String> {
         let name = columns(line, 0, DESCRIPTION);
         let name = name.split_whitespace().next().unwrap_or_default().to_owned();
         let meaning = Meaning::of(&name);
@@ -86,18 +86,18 @@ impl Entry {
     }
 
     /// SI units in one of this; 1 of what is not read.
-    pub fn factor(&self) -> f64 {
+    pub(crate) fn factor(&self) -> f64 {
         self.meaning.and_then(|m| m.quantity().factor(&self.unit)).unwrap_or(1.0)
     }
 
     /// A measured value in SI units: `a (value + b) + c`, then the unit.
-    pub fn physical(&self, value: f64) -> f64 {
+    pub(crate) fn physical(&self, value: f64) -> f64 {
         let at = |i: usize, else_: f64| self.numbers.get(i).copied().unwrap_or(else_);
         (at(0, 1.0) * (value + at(1, 0.0)) + at(2, 0.0)) * self.factor()
     }
 
     /// A constant in SI units.
-    pub fn constant(&self) -> Option<f64> {
+    pub(crate) fn constant(&self) -> Option<f64> {
         self.numbers.first().map(|x| x * self.factor())
     }
 }

@@ -26,12 +26,12 @@
 //! | [`read`](mod@read) | a file's points |
 //! | [`write`](mod@write) | points as a file |
 
-pub mod channel;
-pub mod line;
-pub mod read;
-pub mod rows;
-pub mod unit;
-pub mod write;
+pub(crate) mod channel;
+pub(crate) mod line;
+pub(crate) mod read;
+pub(crate) mod rows;
+pub(crate) mod unit;
+pub(crate) mod write;
 
 use std::path::PathBuf;
 
@@ -99,7 +99,7 @@ pub enum Error {
 }
 
 /// Whether a file's name is that of a TYDEX file (`.tdx`, `.tydex`).
-pub fn is_name(name: &str) -> bool {
+pub(crate) fn is_name(name: &str) -> bool {
     let extension = name.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase());
     matches!(extension.as_deref(), Some("tdx" | "tydex"))
 }

@@ -24,7 +24,7 @@ fn is_mark(word: &str) -> bool {
 
 /// Collects the values of points from lines.
 #[derive(Debug)]
-pub struct Rows {
+pub(crate) struct Rows {
     channels: usize,
     /// Whether a point takes several lines; not known before the first.
     wrapped: Option<bool>,
@@ -36,7 +36,7 @@ pub struct Rows {
 
 impl Rows {
     /// Of so many channels.
-    pub fn new(channels: usize) -> Self {
+    pub(crate) fn new(channels: usize) -> Self {
         Rows { channels, wrapped: None, begun: Vec::new(), began: 0 }
     }
 
@@ -44,7 +44,11 @@ impl Rows {
     ///
     /// # Errors
     /// A sentence: too many or too few values, or a word that is none.
-    pub fn line(&mut self, line: &str, at: usize) -> Result<Option<Vec<Option<f64>>>, String> {
+    pub(crate) fn line(
+        &mut self,
+        line: &str,
+        at: usize,
+    ) -> Result<Option<Vec<Option<f64>>>, String> {
         let n = self.channels;
         let words: Vec<&str> = line.split_whitespace().collect();
         if self.wrapped != Some(true) {
@@ -92,7 +96,7 @@ impl Rows {
     ///
     /// # Errors
     /// A sentence: the last point is not whole.
-    pub fn end(self) -> Result<(), String> {
+    pub(crate) fn end(self) -> Result<(), String> {
         if self.begun.is_empty() {
             return Ok(());
         }

@@ -2,7 +2,7 @@
 
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// rad.
     Angle,
     /// 1.
@@ -63,7 +63,7 @@ impl Quantity {
     }
 
     /// SI units in one of a unit; the format's own (SI) where none is given.
-    pub fn factor(self, unit: &str) -> Option<f64> {
+    pub(crate) fn factor(self, unit: &str) -> Option<f64> {
         let plain = unit.trim_matches(['[', ']', '(', ')']);
         let plain: String = plain.chars().filter(|c| !c.is_whitespace()).collect();
         let plain = plain.to_lowercase();
@@ -74,7 +74,7 @@ impl Quantity {
     }
 
     /// The units that are read, for a message.
-    pub fn known(self) -> String {
+    pub(crate) fn known(self) -> String {
         let names: Vec<&str> = self.units().iter().map(|(name, _)| *name).collect();
         names.join(", ")
     }

@@ -17,7 +17,7 @@ const CHANNELS: [(&str, &str, &str); 9] = [
     ("MZW", "Aligning moment", "Nm"),
 ];
 /// Significant digits of a value: its column of ten characters has a sign, a point and a blank, too.
-pub const DIGITS: usize = 7;
+pub(crate) const DIGITS: usize = 7;
 /// Characters of a value with its sign and point.
 const WIDTH: usize = 9;
 /// Word for a value that was not measured.

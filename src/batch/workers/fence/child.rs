@@ -26,7 +26,7 @@ const LARGEST: u64 = 8 << 30;
 
 /// Why a worker is no more.
 #[derive(Debug)]
-pub enum Ended {
+pub(super) enum Ended {
     /// It went beyond its memory.
     Memory,
     /// It had no more memory before it had what it may.
@@ -43,7 +43,7 @@ pub enum Ended {
 
 /// A worker; ended when dropped.
 #[derive(Debug)]
-pub struct Child {
+pub(super) struct Child {
     process: std::process::Child,
     /// None once it is told that nothing more comes.
     to: Option<ChildStdin>,
@@ -60,7 +60,7 @@ impl Child {
     ///
     /// # Errors
     /// In words: it cannot be started, or is of another roadbench.
-    pub fn start(program: &[OsString], setup: &Setup) -> Result<Self, String> {
+    pub(super) fn start(program: &[OsString], setup: &Setup) -> Result<Self, String> {
         let [name, arguments @ ..] = program else { return Err("no program".to_owned()) };
         let mut command = Command::new(name);
         command.args(arguments);
@@ -99,7 +99,7 @@ impl Child {
     }
 
     /// Whether it has served nothing yet.
-    pub fn is_fresh(&self) -> bool {
+    pub(super) fn is_fresh(&self) -> bool {
         self.asked == 0
     }
 
@@ -107,7 +107,7 @@ impl Child {
     ///
     /// # Errors
     /// It crashed, or was ended at a limit.
-    pub fn ask(
+    pub(super) fn ask(
         &mut self,
         question: &Question,
         limits: &Limits,

@@ -78,7 +78,7 @@ const FILES: (u64, u64) = (48, 4);
 
 /// How many workers the files allow that this process may have open.
 #[cfg(target_os = "linux")]
-pub fn most_workers() -> usize {
+pub(super) fn most_workers() -> usize {
     let files = rlimit::increase_nofile_limit(rlimit::INFINITY).unwrap_or(1024);
     usize::try_from(files.saturating_sub(FILES.0) / FILES.1).unwrap_or(usize::MAX).max(1)
 }
@@ -95,7 +95,7 @@ const BESIDE: u64 = 1 << 30;
 
 /// Whether the shell allows less than so many bytes of data.
 #[cfg(target_os = "linux")]
-pub fn is_less_allowed(bytes: u64) -> bool {
+pub(super) fn is_less_allowed(bytes: u64) -> bool {
     use rlimit::{Resource, getrlimit};
     let space = getrlimit(Resource::AS).map_or(rlimit::INFINITY, |(soft, _)| soft);
     let data = getrlimit(Resource::DATA).map_or(rlimit::INFINITY, |(_, hard)| hard);

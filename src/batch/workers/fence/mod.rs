@@ -21,7 +21,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use self::child::Ended;
-pub use self::limits::{Asked, Limits};
+pub(crate) use self::limits::{Asked, Limits};
 use self::pool::Pool;
 use self::quarantine::Quarantine;
 use self::wire::{Answer, Place, Question, Setup};
@@ -42,11 +42,11 @@ use crate::store::tables::registry;
 use crate::store::tables::registry::TableSpec;
 
 mod child;
-mod limits;
+pub(crate) mod limits;
 mod pool;
 mod quarantine;
 mod sandbox;
-pub mod serve;
+pub(crate) mod serve;
 mod wire;
 
 /// First argument of the program that makes it a worker.

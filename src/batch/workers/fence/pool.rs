@@ -14,7 +14,7 @@ const PAUSES: [Duration; 3] =
 
 /// Workers, started as they are needed.
 #[derive(Debug)]
-pub struct Pool {
+pub(super) struct Pool {
     /// What starts one: the program and its arguments.
     program: Vec<OsString>,
     setup: Setup,
@@ -39,7 +39,7 @@ impl Pool {
     ///
     /// # Errors
     /// It cannot be started; in words.
-    pub fn new(program: Vec<OsString>, setup: Setup, most: usize) -> Result<Self, String> {
+    pub(super) fn new(program: Vec<OsString>, setup: Setup, most: usize) -> Result<Self, String> {
         let first = Child::start(&program, &setup)?;
         tracing::debug!("workers may, beyond reading: {:?}", first.may);
         let workers = Workers { idle: vec![first], there: 1, most: most.max(1), is_in_vain: false };
@@ -47,12 +47,12 @@ impl Pool {
     }
 
     /// What workers know.
-    pub fn setup(&self) -> &Setup {
+    pub(super) fn setup(&self) -> &Setup {
         &self.setup
     }
 
     /// Ends those that are idle.
-    pub fn clear(&self) {
+    pub(super) fn clear(&self) {
         let mut workers = self.lock();
         workers.there -= workers.idle.len();
         workers.idle.clear();
@@ -63,7 +63,11 @@ impl Pool {
     ///
     /// # Errors
     /// It ended over it, or there is none.
-    pub fn ask(&self, question: &Question, limits: &Limits) -> Result<(Answer, Vec<u8>), Ended> {
+    pub(super) fn ask(
+        &self,
+        question: &Question,
+        limits: &Limits,
+    ) -> Result<(Answer, Vec<u8>), Ended> {
         let mut killed = 0;
         loop {
             let mut child = self.take()?;

@@ -13,11 +13,11 @@ use crate::store::tables::rows::Rejected;
 
 /// What such logs were rejected with, by the hash of their bytes.
 #[derive(Debug, Default)]
-pub struct Quarantine(BTreeMap<String, Rejected>);
+pub(super) struct Quarantine(BTreeMap<String, Rejected>);
 
 impl Quarantine {
     /// Of an output's rejections by this roadbench; what cannot be read does not count.
-    pub fn read(out: &Location) -> Self {
+    pub(super) fn read(out: &Location) -> Self {
         let listed = out.join("rejected").list().unwrap_or_default();
         let files: Vec<Location> =
             listed.into_iter().map(|e| out.join(format!("rejected/{}", e.key))).collect();
@@ -36,12 +36,12 @@ impl Quarantine {
     }
 
     /// Whether it is empty.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Why a log of that hash is not tried again under the same limits.
-    pub fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
+    pub(super) fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
         let row = self.0.get(hash).filter(|r| r.limits.as_deref() == Some(&limits.to_string()))?;
         let code = ENDS_A_WORKER.into_iter().find(|code| *code == row.code)?;
         let stage = ["ingest", "pipeline", "diagnose"].into_iter().find(|s| *s == row.stage)?;

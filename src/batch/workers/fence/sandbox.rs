@@ -3,7 +3,7 @@
 //! only a process of its own.
 
 /// Allowed memory, bytes: data that the process has to itself, counted by Linux (`RLIMIT_DATA`).
-pub fn limit_memory(bytes: u64) {
+pub(super) fn limit_memory(bytes: u64) {
     #[cfg(target_os = "linux")]
     {
         use rlimit::{Resource, getrlimit, setrlimit};
@@ -15,7 +15,7 @@ pub fn limit_memory(bytes: u64) {
 }
 
 /// Gives up rights, for good.
-pub fn enter(offline: bool) {
+pub(super) fn enter(offline: bool) {
     #[cfg(target_os = "linux")]
     {
         linux::no_core_file();
@@ -27,7 +27,7 @@ pub fn enter(offline: bool) {
 }
 
 /// What this process still may do, tried: no system says it in a word.
-pub fn rights() -> Vec<String> {
+pub(super) fn rights() -> Vec<String> {
     let writes = tempfile::tempfile().is_ok();
     let connects = std::net::UdpSocket::bind("127.0.0.1:0").is_ok();
     let all = [(writes, "write files"), (connects, "reach the network")];
@@ -43,12 +43,12 @@ mod linux {
     use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
 
     /// A worker that crashes leaves nothing behind.
-    pub fn no_core_file() {
+    pub(super) fn no_core_file() {
         let _ = setrlimit(Resource::CORE, 0, 0);
     }
 
     /// No file is written, made, moved or removed, whatever the user may; an older kernel knows fewer of these rights.
-    pub fn read_only(offline: bool) {
+    pub(super) fn read_only(offline: bool) {
         let rules = Ruleset::default().handle_access(AccessFs::from_write(ABI::V5));
         let rules = match offline {
             true => rules.and_then(|r| r.handle_access(AccessNet::from_all(ABI::V5))),
@@ -59,7 +59,7 @@ mod linux {
     }
 
     /// Calls that no reader of logs needs are refused.
-    pub fn no_calls(offline: bool) {
+    pub(super) fn no_calls(offline: bool) {
         let mut calls = vec![
             libc::SYS_execve,
             libc::SYS_execveat,

@@ -22,7 +22,7 @@ use crate::store::objects::counts;
 const NO_BODY: u64 = 0;
 
 /// Serves the process at the other end of standard input and output, and ends with it; gives back the exit code.
-pub fn serve() -> u8 {
+pub(crate) fn serve() -> u8 {
     match work() {
         Ok(()) => 0,
         Err(e) => {

@@ -17,7 +17,7 @@ const LONGEST_HEAD: u64 = 1 << 30;
 
 /// What every question to a worker has in common.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Setup {
+pub(super) struct Setup {
     /// The roadbench that asks.
     pub version: String,
     /// The pipeline, resolved, as TOML.
@@ -32,14 +32,14 @@ pub struct Setup {
 
 /// What a worker is asked, and the memory it may use for it, bytes.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Asked<Q> {
+pub(super) struct Asked<Q> {
     pub memory: u64,
     pub question: Q,
 }
 
 /// What a worker is asked.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Question {
+pub(super) enum Question {
     /// Whose log is this?
     Identify { log: Place },
     /// The files of its session.
@@ -57,14 +57,14 @@ pub enum Question {
 
 /// What a worker answers, and what it asked of object stores for it.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Told {
+pub(super) struct Told {
     pub answer: Answer,
     pub requests: Counts,
 }
 
 /// What a worker answers.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Answer {
+pub(super) enum Answer {
     /// It is ready; what it still may do beyond reading, as it tried.
     Ready { version: String, may: Vec<String> },
     /// Whose log it is.
@@ -78,7 +78,7 @@ pub enum Answer {
 
 /// A file of a session.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct File {
+pub(super) struct File {
     pub folder: String,
     pub extension: String,
     pub bytes: u64,
@@ -86,7 +86,7 @@ pub struct File {
 
 impl Answer {
     /// What it is, in a word.
-    pub fn kind(&self) -> &'static str {
+    pub(super) fn kind(&self) -> &'static str {
         match self {
             Answer::Ready { .. } => "ready",
             Answer::Identified(_) => "who",
@@ -98,20 +98,20 @@ impl Answer {
 
 /// A location, whatever bytes its name has.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub enum Place {
+pub(super) enum Place {
     Local(OsString),
     Remote(Location),
 }
 
 impl Place {
-    pub fn of(location: &Location) -> Self {
+    pub(super) fn of(location: &Location) -> Self {
         match location.as_path() {
             Some(path) => Place::Local(path.as_os_str().to_owned()),
             None => Place::Remote(location.clone()),
         }
     }
 
-    pub fn location(self) -> Location {
+    pub(super) fn location(self) -> Location {
         match self {
             Place::Local(path) => Location::Local(path.into()),
             Place::Remote(location) => location,
@@ -120,7 +120,7 @@ impl Place {
 }
 
 /// Writes a frame.
-pub fn send(to: &mut impl Write, head: &impl Serialize, bodies: &[&[u8]]) -> io::Result<()> {
+pub(super) fn send(to: &mut impl Write, head: &impl Serialize, bodies: &[&[u8]]) -> io::Result<()> {
     let head = serde_json::to_vec(head)?;
     let body: u64 = bodies.iter().map(|b| b.len() as u64).sum();
     to.write_all(&(head.len() as u64).to_le_bytes())?;
@@ -133,7 +133,10 @@ pub fn send(to: &mut impl Write, head: &impl Serialize, bodies: &[&[u8]]) -> io:
 }
 
 /// Reads a frame whose body has at most so many bytes.
-pub fn receive<T: DeserializeOwned>(from: &mut impl Read, most: u64) -> io::Result<(T, Vec<u8>)> {
+pub(super) fn receive<T: DeserializeOwned>(
+    from: &mut impl Read,
+    most: u64,
+) -> io::Result<(T, Vec<u8>)> {
     let mut lengths = [0; 16];
     from.read_exact(&mut lengths)?;
     let length = |at: usize| {

@@ -20,13 +20,13 @@ const LIMIT: f64 = 3.3;
 
 /// Curvature of a ride in the base's parameters and the effects, `base` of the first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curvature {
+pub(crate) struct Curvature {
     matrix: DMatrix<f64>,
 }
 
 impl Curvature {
     /// That of samples at some values; `parameters` are the base's and then the effects'.
-    pub fn of(
+    pub(crate) fn of(
         samples: &Samples,
         base: &Base,
         values: &Parameters,
@@ -40,13 +40,13 @@ impl Curvature {
 
     /// That of both rides together.
     #[must_use]
-    pub fn and(&self, other: &Curvature) -> Self {
+    pub(crate) fn and(&self, other: &Curvature) -> Self {
         Curvature { matrix: &self.matrix + &other.matrix }
     }
 
     /// That of a ride of which the last parameters are its own, and weakly known: they are fitted along.
     #[must_use]
-    pub fn without(&self, own: &[Parameter]) -> Self {
+    pub(crate) fn without(&self, own: &[Parameter]) -> Self {
         let (kept, n) = (self.matrix.nrows() - own.len(), own.len());
         let mut inner = self.matrix.view((kept, kept), (n, n)).into_owned();
         for (k, parameter) in own.iter().enumerate() {
@@ -63,7 +63,7 @@ impl Curvature {
 
     /// What is known of the effects behind the parameters of a base, the first ones, those with their
     /// priors.
-    pub fn information(&self, base: &[Parameter]) -> Information {
+    pub(crate) fn information(&self, base: &[Parameter]) -> Information {
         let (b, p) = (base.len(), self.matrix.nrows());
         let mut inner = self.matrix.view((0, 0), (b, b)).into_owned();
         for (k, parameter) in base.iter().enumerate() {

@@ -6,10 +6,10 @@
 //! What the figures leave out is what is not in them: manoeuvres that differ among each other, and
 //! the method's bias.
 
-pub mod information;
-pub mod ranking;
+pub(crate) mod information;
+pub(crate) mod ranking;
 mod rows;
-pub mod sets;
+pub(crate) mod sets;
 
-pub use ranking::{ALIKE, Advice, Change, known};
-pub use rows::amend;
+pub(crate) use ranking::{ALIKE, Advice, Change, known};
+pub(crate) use rows::amend;

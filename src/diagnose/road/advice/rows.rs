@@ -9,7 +9,7 @@ use crate::store::tables::rows::CauseRow;
 
 /// Puts the riding that simulations recommend in the place of the effect's general advice. `unseen`: also for
 /// effects that the ride cannot identify.
-pub fn amend(
+pub(crate) fn amend(
     causes: &mut [CauseRow],
     naming: &Naming<Base>,
     calibration: &RoadCalibration,

@@ -227,7 +227,7 @@ impl Standing {
 }
 
 /// The chassis at an instant, with sine and cosine of its pitch.
-pub type Attitude = (Instant, (f64, f64));
+pub(crate) type Attitude = (Instant, (f64, f64));
 
 #[inline]
 fn turned(p: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
@@ -238,7 +238,7 @@ fn turned(p: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
 ///
 /// # Errors
 /// As [`Standing::new`].
-pub fn forces(
+pub(crate) fn forces(
     body: &Body,
     peg: [f64; 2],
     bar: [f64; 2],

@@ -12,7 +12,7 @@ pub fn force(mass: f64, xdd: f64, airborne: bool) -> [f64; 4] {
 }
 
 /// The forces over a session.
-pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
+pub(crate) fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     let mut out = Forces::zeros(base.mu.len());
     let hold = hold(base, config.crossfade);
     for (i, (xdd, hold)) in base.xdd.iter().zip(hold).enumerate() {

@@ -47,7 +47,7 @@ impl Biquad {
 
 /// `z_C''` of a session from `z_s''` (or `x_C''` from `x_s''`), m/s²; missing samples start the filter
 /// afresh. `cut_off` in Hz, `rate` in samples per second.
-pub fn low_passed(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec<f64> {
+pub(crate) fn low_passed(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec<f64> {
     let coefficients = butterworth(cut_off.min(0.45 * rate), rate);
     let mut out = chassis.to_vec();
     let pass = |x: &mut dyn Iterator<Item = &mut f64>| {
@@ -68,7 +68,7 @@ pub fn low_passed(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) ->
 }
 
 /// The forces over a session. Legs push, they do not pull.
-pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
+pub(crate) fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     let mut out = Forces::zeros(base.mu.len());
     let hold = hold(base, config.crossfade);
     let vertical = low_passed(base.zdd, base.rate, config.cut_off, config.zero_phase);

@@ -4,13 +4,13 @@
 //! N, for `A_r` of the [`equations`](crate::tyre::offroad::equations). Adding a rider is adding a file, a line in
 //! [`Rider`] and one in [`forces`].
 
-pub mod a;
-pub mod b;
-pub mod c;
-pub mod types;
+pub(crate) mod a;
+pub(crate) mod b;
+pub(crate) mod c;
+pub(crate) mod types;
 
 use crate::tyre::offroad::body::Body;
-pub use types::{Base, Config, Forces, Rider, hold};
+pub(crate) use types::{Base, Config, Forces, Rider, hold};
 
 /// A rider's forces over a session. NaN where the motion is not known.
 ///

@@ -142,7 +142,7 @@ impl Config {
 }
 
 /// One while the rider holds on, zero in the air, with ramps of `crossfade` seconds outside the flight.
-pub fn hold(base: &Base<'_>, crossfade: f64) -> Vec<f64> {
+pub(crate) fn hold(base: &Base<'_>, crossfade: f64) -> Vec<f64> {
     let ramp = 1.0 / (crossfade * base.rate).max(1.0);
     let mut hold: Vec<f64> = base.airborne.iter().map(|&a| if a { 0.0 } else { 1.0 }).collect();
     for i in 1..hold.len() {

@@ -22,7 +22,7 @@ const SPEEDS: [f64; 2] = [2.0, 120.0];
 ///
 /// # Errors
 /// A sentence: no logger has such a rate, or such a year.
-pub fn in_seconds(stamps: &mut [f64], factor: f64) -> Result<(), String> {
+pub(crate) fn in_seconds(stamps: &mut [f64], factor: f64) -> Result<(), String> {
     // no unit of 1 s makes digits
     if let Some(scale) = digits_scale(stamps)
         && let Some(decoded) = of_digits(stamps, scale)
@@ -69,7 +69,7 @@ fn of_calendar(stamps: &[f64], step: Option<f64>, factor: f64) -> Option<String>
 ///
 /// # Errors
 /// `implausible_clock`: the stamps contradict both in a way that no unit of the speed explains.
-pub fn by_motion(tracks: &[Track]) -> Result<(), Error> {
+pub(crate) fn by_motion(tracks: &[Track]) -> Result<(), Error> {
     let of = |channel: Channel| tracks.iter().find(|t| t.channel == channel);
     let (Some(v), Some(lat), Some(lon)) =
         (of(Channel::VelocityX), of(Channel::Latitude), of(Channel::Longitude))

@@ -8,7 +8,7 @@
 //! check     the same on what was read by a map, of whatever format
 //! ```
 
-pub mod check;
-pub mod names;
-pub mod text;
-pub mod unit;
+pub(crate) mod check;
+pub(crate) mod names;
+pub(crate) mod text;
+pub(crate) mod unit;

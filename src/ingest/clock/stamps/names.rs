@@ -54,7 +54,7 @@ const NOT: &[&str] = &[
 /// How well a column's name suits a clock, the smaller the better, and the unit that the name says without brackets.
 ///
 /// What stands in brackets behind the name is gone before: [`units::of_name`].
-pub fn clock(name: &str) -> Option<(usize, Option<&'static str>)> {
+pub(crate) fn clock(name: &str) -> Option<(usize, Option<&'static str>)> {
     let plain = folded(units::of_name(name).0);
     if let Some(place) = NAMES.iter().position(|(n, _)| *n == plain) {
         return Some((place, NAMES[place].1));
@@ -83,7 +83,7 @@ fn foreign() -> impl Iterator<Item = &'static (&'static str, Option<&'static str
 }
 
 /// A name in lower case without accents; what is no letter is one blank, and so is the border before a capital.
-pub fn folded(name: &str) -> String {
+pub(crate) fn folded(name: &str) -> String {
     let mut out = String::with_capacity(name.len());
     let mut last = ' ';
     for c in name.chars() {

@@ -13,7 +13,7 @@
 
 /// What a column of stamps turned out to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// Numbers in some unit.
     #[default]
     Numbers,
@@ -38,7 +38,7 @@ struct Stamp {
 
 /// Reads a column of stamps, one after the other.
 #[derive(Debug, Default)]
-pub struct Clock {
+pub(crate) struct Clock {
     kind: Option<Kind>,
 }
 
@@ -48,7 +48,7 @@ const DAY: f64 = 86_400.0;
 
 impl Clock {
     /// s of a stamp; `None` if it is none, or of another kind than the ones in front of it.
-    pub fn read(&mut self, text: &str) -> Option<f64> {
+    pub(crate) fn read(&mut self, text: &str) -> Option<f64> {
         let stamp = stamp(text)?;
         let own = match (stamp.days, stamp.of_hour) {
             (Some(_), _) => Kind::Dated,
@@ -67,12 +67,12 @@ impl Clock {
     }
 
     /// The kind of the stamps that were read; [`Kind::Numbers`] of none.
-    pub fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> Kind {
         self.kind.unwrap_or_default()
     }
 
     /// Lets a time of day go on over midnight, over noon on a clock of twelve hours, and `mm:ss` over the full hour.
-    pub fn finish(&self, stamps: &mut [f64]) {
+    pub(crate) fn finish(&self, stamps: &mut [f64]) {
         let turn = match self.kind() {
             Kind::Numbers | Kind::Dated => return,
             Kind::OfDay => DAY,
@@ -93,12 +93,12 @@ impl Clock {
 }
 
 /// s of one stamp alone: since 1970 where it has a date; `None` if it is none.
-pub fn seconds(text: &str) -> Option<f64> {
+pub(crate) fn seconds(text: &str) -> Option<f64> {
     Clock::default().read(text)
 }
 
 /// s since 1970 of one stamp with a date and a time of day.
-pub fn unix(text: &str) -> Option<f64> {
+pub(crate) fn unix(text: &str) -> Option<f64> {
     let mut clock = Clock::default();
     clock.read(text).filter(|_| clock.kind() == Kind::Dated)
 }

@@ -6,7 +6,7 @@ use crate::statistics::order::upper_median;
 
 /// A clock's unit: how the channel map spells it, s per unit, and the Unix time of its zero, if it has a calendar.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Calendar {
+pub(crate) struct Calendar {
     /// As in `time.unit` of a channel map.
     pub unit: &'static str,
     /// s per unit.
@@ -23,7 +23,7 @@ const fn calendar(unit: &'static str, factor: f64, zero: f64, what: &'static str
 
 /// Clocks that count from some day. No number is in the range of two with the same rate.
 #[rustfmt::skip]
-pub const CALENDARS: &[Calendar] = &[
+pub(crate) const CALENDARS: &[Calendar] = &[
     calendar("s", 1.0, 0.0, "Unix seconds"),
     calendar("ms", 1e-3, 0.0, "Unix milliseconds"),
     calendar("us", 1e-6, 0.0, "Unix microseconds"),
@@ -41,13 +41,13 @@ const TRIED: &[&str] = &["s", "ms", "us", "min", "ns", "h", "day", "100ns", "10m
 /// Slowest and fastest sampling that is taken for a logger's without a word of the motion, s between rows.
 const STEPS: [f64; 2] = [1.0 / 2100.0, 2.1];
 /// Beyond these steps no clock is believed, s between rows.
-pub const IMPOSSIBLE: [f64; 2] = [2e-5, 30.0];
+pub(crate) const IMPOSSIBLE: [f64; 2] = [2e-5, 30.0];
 /// How far the motion may be off a unit: speeds are a little late and rounded.
 const NEAR: f64 = 0.15;
 
 /// What is known of stamps before their unit is.
 #[derive(Debug, Clone, Default)]
-pub struct Evidence<'a> {
+pub(crate) struct Evidence<'a> {
     /// The stamps as numbers.
     pub stamps: &'a [f64],
     /// The unit that the log says, in its name or in a row of units.
@@ -58,7 +58,7 @@ pub struct Evidence<'a> {
 
 /// A unit that was found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unit {
+pub(crate) struct Unit {
     /// As in `time.unit` of a channel map.
     pub name: String,
     /// s per unit.
@@ -70,7 +70,7 @@ pub struct Unit {
 }
 
 /// The calendar in which stamps are days of a ride's years, sampled as loggers do.
-pub fn calendar_of(stamps: &[f64]) -> Option<&'static Calendar> {
+pub(crate) fn calendar_of(stamps: &[f64]) -> Option<&'static Calendar> {
     let first = stamps.iter().copied().find(|t| t.is_finite())?;
     let last = stamps.iter().rev().copied().find(|t| t.is_finite())?;
     let step = usual_step(stamps);
@@ -86,7 +86,7 @@ pub fn calendar_of(stamps: &[f64]) -> Option<&'static Calendar> {
 }
 
 /// Whether a Unix time is one of a ride's years.
-pub fn in_years(unix: f64) -> bool {
+pub(crate) fn in_years(unix: f64) -> bool {
     let second = |year: i16| {
         let start = jiff::civil::date(year, 1, 1).to_zoned(jiff::tz::TimeZone::UTC);
         start.map_or(f64::NAN, |z| z.timestamp().as_second() as f64)
@@ -95,7 +95,7 @@ pub fn in_years(unix: f64) -> bool {
 }
 
 /// Middle of the steps ahead: of a coarse clock what its rows are apart.
-pub fn usual_step(stamps: &[f64]) -> Option<f64> {
+pub(crate) fn usual_step(stamps: &[f64]) -> Option<f64> {
     let there: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
     let mut steps: Vec<f64> = there.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
     upper_median(&mut steps)
@@ -105,7 +105,7 @@ pub fn usual_step(stamps: &[f64]) -> Option<f64> {
 ///
 /// # Errors
 /// A sentence: the stamps contradict the motion in every unit, or no unit gives a rate that a logger has.
-pub fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
+pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
     let said = known.said.and_then(|u| Some((u, units::conversion(u, "s").ok()?.factor)));
     let agrees = |factor: f64| {
         known.motion.is_empty() || known.motion.iter().any(|m| (factor / m).ln().abs() < NEAR)
@@ -177,7 +177,7 @@ pub fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
 /// A clock of digits, `hhmmss.ss` as a number: its seconds of the day; `None` if it is none.
 ///
 /// `scale` is s per unit of the last digits: 1 of `hhmmss`, 0.001 of `hhmmssmmm`.
-pub fn of_digits(stamps: &[f64], scale: f64) -> Option<Vec<f64>> {
+pub(crate) fn of_digits(stamps: &[f64], scale: f64) -> Option<Vec<f64>> {
     let mut out = Vec::with_capacity(stamps.len());
     for t in stamps {
         if !t.is_finite() {
@@ -196,7 +196,7 @@ pub fn of_digits(stamps: &[f64], scale: f64) -> Option<Vec<f64>> {
 }
 
 /// Whether stamps are better a clock of digits: they jump from 59 s to the next minute, and then they do not.
-pub fn digits_scale(stamps: &[f64]) -> Option<f64> {
+pub(crate) fn digits_scale(stamps: &[f64]) -> Option<f64> {
     // as numbers they are no even clock, as digits they are
     let jumps = |stamps: &[f64]| {
         let step = usual_step(stamps)?;

@@ -4,7 +4,7 @@
 ///
 /// `start` counts as DBC files do: bit 0 is the least of the first byte, and a big-endian signal
 /// starts at its most significant bit, a little-endian one at its least.
-pub fn extract(data: &[u8], start: usize, size: usize, big_endian: bool) -> Option<u64> {
+pub(super) fn extract(data: &[u8], start: usize, size: usize, big_endian: bool) -> Option<u64> {
     if !(1..=64).contains(&size) {
         return None;
     }
@@ -24,7 +24,7 @@ pub fn extract(data: &[u8], start: usize, size: usize, big_endian: bool) -> Opti
 }
 
 /// The same bits as a two's complement number.
-pub fn signed(raw: u64, size: usize) -> i64 {
+pub(super) fn signed(raw: u64, size: usize) -> i64 {
     let shift = 64 - size;
     (raw << shift) as i64 >> shift
 }

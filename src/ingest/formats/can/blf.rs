@@ -33,7 +33,7 @@ const REMOTE: u8 = 0x80;
 const REMOTE_64: u32 = 0x10;
 
 /// A BLF log.
-pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
+pub(super) fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut header = vec![0; 144];
     if !fill(log, &mut header)? {

@@ -13,7 +13,7 @@ use crate::ingest::error::Error;
 
 /// Messages by their identifiers.
 #[derive(Debug, Default)]
-pub struct Database {
+pub(crate) struct Database {
     /// The messages.
     pub messages: Vec<Message>,
     by_id: HashMap<(u32, bool), usize>,
@@ -25,7 +25,7 @@ pub struct Database {
 
 /// The message that an identifier stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub(crate) struct Found {
     /// Its place among the messages.
     pub message: usize,
     /// Who sent it, where it was found by its parameter group.
@@ -77,7 +77,7 @@ fn identifier(dbc: &Dbc, id: MessageId) -> Identifier {
 
 /// What one identifier stands for.
 #[derive(Debug)]
-pub struct Message {
+pub(crate) struct Message {
     /// Its name.
     pub name: String,
     /// Its signals.
@@ -86,7 +86,7 @@ pub struct Message {
 
 /// A number within a message.
 #[derive(Debug)]
-pub struct Signal {
+pub(crate) struct Signal {
     /// Its name.
     pub name: String,
     /// Its unit, if it has one.
@@ -120,7 +120,7 @@ const DEEPEST: usize = 8;
 
 impl Signal {
     /// Whether it comes by turns with others.
-    pub fn is_multiplexed(&self) -> bool {
+    pub(crate) fn is_multiplexed(&self) -> bool {
         self.switch.is_some()
     }
 
@@ -131,7 +131,7 @@ impl Signal {
 
 impl Message {
     /// A signal's physical value in a frame; `None` if the frame does not hold it.
-    pub fn value(&self, signal: usize, data: &[u8]) -> Option<f64> {
+    pub(crate) fn value(&self, signal: usize, data: &[u8]) -> Option<f64> {
         if !self.is_there(signal, data, 0) {
             return None;
         }
@@ -164,7 +164,7 @@ impl Database {
     ///
     /// # Errors
     /// `bad_dbc`: one is not a DBC.
-    pub fn read(aids: &Aids) -> Result<Self, Error> {
+    pub(crate) fn read(aids: &Aids) -> Result<Self, Error> {
         let mut database = Database::default();
         for (i, text) in aids.dbc.iter().enumerate() {
             let name = aids.names.get(i).map_or("the channel map's DBC", String::as_str);
@@ -177,7 +177,7 @@ impl Database {
     }
 
     /// Which message an identifier stands for: just that one, or of extended ones the one of its parameter group.
-    pub fn find(&self, id: u32, extended: bool) -> Option<Found> {
+    pub(crate) fn find(&self, id: u32, extended: bool) -> Option<Found> {
         let exact = self.by_id.get(&(id, extended)).copied();
         if !extended {
             return exact.map(|message| Found { message, source: None, said: true });

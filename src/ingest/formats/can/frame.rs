@@ -2,7 +2,7 @@
 
 /// One frame with data.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame<'a> {
+pub(crate) struct Frame<'a> {
     /// s, since the log's start or since 1970.
     pub time: f64,
     /// Which bus, as the log numbers them.
@@ -17,7 +17,7 @@ pub struct Frame<'a> {
 
 /// What is known once all frames came by.
 #[derive(Debug, Default)]
-pub struct Scan {
+pub(super) struct Scan {
     /// When the log was begun, RFC 3339.
     pub start: Option<String>,
     /// Frames that could not be read.
@@ -30,7 +30,7 @@ pub struct Scan {
 
 impl Scan {
     /// One more that could not be read.
-    pub fn bad(&mut self, place: impl FnOnce() -> String) {
+    pub(super) fn bad(&mut self, place: impl FnOnce() -> String) {
         if self.bad == 0 {
             self.first_bad = place();
         }

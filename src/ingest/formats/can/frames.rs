@@ -9,7 +9,7 @@ use crate::store::objects::{Location, source};
 
 /// The kinds of CAN logs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrameFile {
+pub(super) enum FrameFile {
     /// Vector's binary logging format.
     Blf,
     /// Vector's text.
@@ -21,7 +21,7 @@ pub enum FrameFile {
 }
 
 /// What a log is, by its first bytes.
-pub fn kind(head: &[u8]) -> Option<FrameFile> {
+pub(super) fn kind(head: &[u8]) -> Option<FrameFile> {
     if head.starts_with(b"LOGG") {
         return Some(FrameFile::Blf);
     }
@@ -45,7 +45,7 @@ pub fn kind(head: &[u8]) -> Option<FrameFile> {
 }
 
 /// Every data frame in turn. Error frames, remote frames and other events are passed over.
-pub fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Error> {
+pub(super) fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let mut reader = BufReader::with_capacity(1 << 18, source::open(log).map_err(fail)?);
     let mut head = Vec::new();

@@ -30,7 +30,7 @@ pub(crate) use frame::Frame;
 use signals::{Collector, FrameCounts};
 
 /// The format.
-pub struct Can;
+pub(super) struct Can;
 
 impl Format for Can {
     const NAME: &'static str = "can";

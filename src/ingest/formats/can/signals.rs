@@ -10,7 +10,7 @@ use crate::ingest::raw::Column;
 
 /// How often each identifier came, and when.
 #[derive(Debug, Default)]
-pub struct FrameCounts {
+pub(crate) struct FrameCounts {
     seen: BTreeMap<(u32, bool, u16), FrameCount>,
 }
 
@@ -24,7 +24,7 @@ struct FrameCount {
 
 impl FrameCounts {
     /// One more frame.
-    pub fn count(&mut self, frame: &Frame<'_>) {
+    pub(crate) fn count(&mut self, frame: &Frame<'_>) {
         let key = (frame.id, frame.extended, frame.bus);
         let new = FrameCount { count: 0, first: frame.time, last: frame.time, length: 0 };
         let seen = self.seen.entry(key).or_insert(new);
@@ -34,7 +34,7 @@ impl FrameCounts {
     }
 
     /// The signals that the databases define for the counted frames.
-    pub fn listing(&self, database: &Database) -> Listing {
+    pub(crate) fn listing(&self, database: &Database) -> Listing {
         let mut listing = Listing::default();
         let (mut unknown, mut guessed) = (Vec::new(), Vec::new());
         // messages by who sent them and over which bus, in the order of their identifiers
@@ -122,7 +122,7 @@ fn hex_id(id: u32, extended: bool) -> String {
 }
 
 /// The wanted signals of the frames that come by.
-pub struct Collector<'a> {
+pub(crate) struct Collector<'a> {
     database: &'a Database,
     /// By message and [`stream`].
     wanted: HashMap<(usize, usize), Gathered>,
@@ -140,7 +140,7 @@ struct Gathered {
 
 impl<'a> Collector<'a> {
     /// Of channels as [`FrameCounts::listing`] gave them.
-    pub fn new(database: &'a Database, wanted: &[&SourceChannel]) -> Self {
+    pub(crate) fn new(database: &'a Database, wanted: &[&SourceChannel]) -> Self {
         let mut of: HashMap<(usize, usize), Gathered> = HashMap::new();
         for channel in wanted {
             let [message, signal, stream] = channel.place;
@@ -159,7 +159,7 @@ impl<'a> Collector<'a> {
     }
 
     /// One more frame.
-    pub fn take(&mut self, frame: &Frame<'_>) {
+    pub(crate) fn take(&mut self, frame: &Frame<'_>) {
         let Some(found) = self.database.find(frame.id, frame.extended) else { return };
         let key = (found.message, stream(found.source, frame.bus));
         let Some(gathered) = self.wanted.get_mut(&key) else { return };
@@ -179,7 +179,7 @@ impl<'a> Collector<'a> {
     }
 
     /// All that came, in the order of the channels asked for.
-    pub fn columns(self, wanted: &[&SourceChannel]) -> Vec<Column> {
+    pub(crate) fn columns(self, wanted: &[&SourceChannel]) -> Vec<Column> {
         type Series = (Arc<Vec<f64>>, Vec<f64>);
         let mut series: HashMap<[usize; 3], Series> = HashMap::new();
         for ((message, stream), gathered) in self.wanted {

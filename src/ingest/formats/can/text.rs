@@ -12,7 +12,7 @@ const MOST_BUSES: usize = 256;
 
 /// The second line of an ASC log: base of numbers and kind of stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Base {
+pub(super) struct Base {
     radix: u32,
     /// Whether each stamp counts from the one before.
     relative: bool,
@@ -20,7 +20,7 @@ pub struct Base {
 
 impl Base {
     /// Of a line like `base hex  timestamps absolute`.
-    pub fn parse(line: &str) -> Option<Self> {
+    pub(super) fn parse(line: &str) -> Option<Self> {
         let mut words = line.split_whitespace();
         if words.next()? != "base" {
             return None;
@@ -35,7 +35,7 @@ impl Base {
 }
 
 /// Every line with its number; without its end, and cut at [`LONGEST`].
-pub fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) -> Result<()> {
+pub(super) fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) -> Result<()> {
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();
@@ -48,7 +48,7 @@ pub fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) -> Result
 }
 
 /// An ASC log.
-pub fn each_asc(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
+pub(super) fn each_asc(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut base = Base { radix: 16, relative: false };
     let mut clock = 0.0;
@@ -150,7 +150,10 @@ fn start(date: &str) -> Option<String> {
 }
 
 /// A candump log.
-pub fn each_candump(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
+pub(super) fn each_candump(
+    log: &mut dyn BufRead,
+    take: &mut dyn FnMut(&Frame<'_>),
+) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut buses: Vec<String> = Vec::new();
     let mut first = None;
@@ -189,7 +192,7 @@ pub fn each_candump(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> 
 
 /// The parts of a candump line.
 #[derive(Debug, PartialEq)]
-pub struct Dumped<'a> {
+pub(super) struct Dumped<'a> {
     seconds: i64,
     fraction: f64,
     bus: &'a str,
@@ -202,7 +205,7 @@ pub struct Dumped<'a> {
 
 /// `(1609459200.123456) can0 123#DEADBEEF`, `... 123##1DEADBEEF`, or
 /// `(0.012) can0 123 [4] DE AD BE EF`.
-pub fn candump(line: &str) -> Option<Dumped<'_>> {
+pub(super) fn candump(line: &str) -> Option<Dumped<'_>> {
     let (stamp, rest) = line.strip_prefix('(')?.split_once(')')?;
     let (seconds, fraction) = stamp.trim().split_once('.')?;
     let seconds = seconds.parse().ok().filter(|s| (0..=1 << 40).contains(s))?;

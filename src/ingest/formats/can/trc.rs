@@ -28,14 +28,14 @@ fn columns(version: &str) -> &'static str {
 }
 
 /// Whether a file begins as a trace does.
-pub fn is_trace(start: &str) -> bool {
+pub(super) fn is_trace(start: &str) -> bool {
     let mut comments =
         start.lines().map(str::trim).take_while(|l| l.is_empty() || l.starts_with(';'));
     comments.any(|l| l.starts_with(";$FILEVERSION=") || l.to_lowercase().contains("time offset"))
 }
 
 /// A PEAK trace.
-pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
+pub(super) fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut layout: Vec<String> = columns("1.0").split(',').map(str::to_owned).collect();
     let mut data = Vec::new();

@@ -24,7 +24,7 @@ const BAD_ROWS: f64 = 0.1;
 
 /// How cells are written.
 #[derive(Debug, Clone, Copy)]
-pub struct Writing<'a> {
+pub(crate) struct Writing<'a> {
     /// `.` or `,`.
     pub decimal: char,
     /// Cells that mean "no sample", besides empty ones and `nan`.
@@ -40,11 +40,11 @@ pub struct Writing<'a> {
 }
 
 /// A column that is wanted: its name and its place in a row.
-pub type Wanted<'a> = (&'a str, usize);
+pub(crate) type Wanted<'a> = (&'a str, usize);
 
 /// What is read of the rows.
 #[derive(Debug, Default)]
-pub struct Cells {
+pub(crate) struct Cells {
     /// As asked for, NaN where there is no number.
     pub columns: Vec<Vec<f64>>,
     /// How the stamps of the clock are written.
@@ -64,7 +64,7 @@ type Bad = Option<(usize, u64, String)>;
 /// # Errors
 /// The file cannot be read (`unreadable`), too many cells of a column are no numbers (`bad_cell`), or too many rows
 /// have not as many cells as there are names (`cell_count`).
-pub fn read(
+pub(crate) fn read(
     log: &Location,
     reader: &mut Reader<impl Read>,
     wanted: &[Wanted<'_>],
@@ -78,7 +78,7 @@ pub fn read(
 ///
 /// # Errors
 /// The file cannot be read, or as of [`read`] `cell_count`.
-pub fn read_all(
+pub(crate) fn read_all(
     log: &Location,
     reader: &mut Reader<impl Read>,
     wanted: &[Wanted<'_>],
@@ -244,7 +244,7 @@ impl Odd {
 
 /// Rows that have another number of cells than there are names.
 #[derive(Debug, Default)]
-pub struct Uneven {
+pub(crate) struct Uneven {
     count: usize,
     /// Line, cells and text of the first.
     first: Option<(u64, usize, String)>,
@@ -252,7 +252,7 @@ pub struct Uneven {
 
 impl Uneven {
     /// Notes such a row.
-    pub fn note(&mut self, line: u64, cells: usize, text: &str) {
+    pub(crate) fn note(&mut self, line: u64, cells: usize, text: &str) {
         self.count += 1;
         self.first.get_or_insert_with(|| (line, cells, text.chars().take(60).collect()));
     }
@@ -261,7 +261,7 @@ impl Uneven {
     ///
     /// # Errors
     /// `cell_count`: they are many.
-    pub fn judged(
+    pub(crate) fn judged(
         self,
         log: &Location,
         all: usize,

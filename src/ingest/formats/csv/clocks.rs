@@ -19,7 +19,7 @@ const FEW: usize = 6;
 ///
 /// `together` says which columns must share a clock whatever their samples (those that are
 /// averaged); it gets two places in `columns`.
-pub fn separate(
+pub(crate) fn separate(
     time: Vec<f64>,
     columns: Vec<(String, Vec<f64>)>,
     together: impl Fn(usize, usize) -> bool,
@@ -72,7 +72,7 @@ fn is_slow(time: &[f64], values: &[f64], row: Option<f64>) -> bool {
 }
 
 /// Middle one of the steps ahead.
-pub fn median_step(stamps: impl Iterator<Item = f64>) -> Option<f64> {
+pub(crate) fn median_step(stamps: impl Iterator<Item = f64>) -> Option<f64> {
     let mut last = f64::NAN;
     let mut steps = Vec::new();
     for t in stamps.filter(|t| t.is_finite()) {

@@ -11,7 +11,7 @@ use crate::ingest::maps::units;
 const DELIMITERS: [u8; 4] = [b'\t', b';', b'|', b','];
 
 /// What is between the cells: what both the names and a row of numbers have most of.
-pub fn delimiter(names: &str, row: &str) -> u8 {
+pub(super) fn delimiter(names: &str, row: &str) -> u8 {
     let (above, below) = (counts(names), counts(row));
     let both = |i: usize| above[i].min(below[i]);
     let most = (0..4).max_by_key(|i| (both(*i), 4 - i)).filter(|i| both(*i) > 0);
@@ -47,7 +47,7 @@ fn by_blanks(row: &str) -> bool {
 }
 
 /// The number that a text is, if it is one.
-pub fn number(text: &str, decimal: char) -> Option<f64> {
+pub(super) fn number(text: &str, decimal: char) -> Option<f64> {
     if decimal == ',' && text.contains(',') {
         text.replace(',', ".").parse().ok()
     } else {
@@ -56,13 +56,13 @@ pub fn number(text: &str, decimal: char) -> Option<f64> {
 }
 
 /// Whether a cell is a number, a stamp, or a number with its unit behind it.
-pub fn is_number(cell: &str) -> bool {
+pub(super) fn is_number(cell: &str) -> bool {
     let digits = cell.bytes().any(|b| b.is_ascii_digit());
     digits && (number(cell, ',').is_some() || seconds(cell).is_some() || with_unit(cell).is_some())
 }
 
 /// A number and the unit behind it: `50.4 km/h`.
-pub fn with_unit(cell: &str) -> Option<(&str, &str)> {
+pub(super) fn with_unit(cell: &str) -> Option<(&str, &str)> {
     let cell = cell.trim();
     let end = cell.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-')))?;
     let (text, unit) = (cell[..end].trim(), cell[end..].trim());
@@ -72,7 +72,7 @@ pub fn with_unit(cell: &str) -> Option<(&str, &str)> {
 }
 
 /// Whether a row is one of numbers: its first cell is one, or most of them are.
-pub fn is_row(line: &str, most: bool) -> bool {
+pub(super) fn is_row(line: &str, most: bool) -> bool {
     let line = line.trim_start();
     let cell = match line.strip_prefix('"') {
         Some(quoted) => quoted.split('"').next().unwrap_or(""),
@@ -104,7 +104,7 @@ fn mostly_numbers(line: &str) -> bool {
 }
 
 /// A comma is a decimal one where a cell is a number with it.
-pub fn decimal<'a>(rows: impl Iterator<Item = &'a str>, delimiter: u8) -> char {
+pub(super) fn decimal<'a>(rows: impl Iterator<Item = &'a str>, delimiter: u8) -> char {
     let comma = |cell: &String| {
         let text = with_unit(cell).map_or(cell.as_str(), |w| w.0);
         text.contains(',') && number(text, ',').is_some()
@@ -114,14 +114,14 @@ pub fn decimal<'a>(rows: impl Iterator<Item = &'a str>, delimiter: u8) -> char {
 }
 
 /// A line's cells, without quotes and blanks around them.
-pub fn cells(line: &str, delimiter: u8) -> Vec<String> {
+pub(super) fn cells(line: &str, delimiter: u8) -> Vec<String> {
     let mut reader = reader(delimiter, line.as_bytes());
     let record = reader.records().next().and_then(Result::ok);
     record.map(|r| r.iter().map(|c| c.trim().to_owned()).collect()).unwrap_or_default()
 }
 
 /// The names in a line, as many as `row` has cells if that can be: names between blanks may hold single ones.
-pub fn names(line: &str, delimiter: u8, row: &str) -> Vec<String> {
+pub(super) fn names(line: &str, delimiter: u8, row: &str) -> Vec<String> {
     let mut names = cells(line, delimiter);
     let wanted = cells(row, delimiter).len();
     if delimiter == b' ' && names.len() != wanted {
@@ -140,14 +140,14 @@ pub fn names(line: &str, delimiter: u8, row: &str) -> Vec<String> {
 }
 
 /// A reader of rows.
-pub fn reader<R: Read>(delimiter: u8, from: R) -> Reader<Squeezed<R>> {
+pub(super) fn reader<R: Read>(delimiter: u8, from: R) -> Reader<Squeezed<R>> {
     let mut builder = ReaderBuilder::new();
     builder.has_headers(false).flexible(true).delimiter(delimiter);
     builder.from_reader(Squeezed::new(from, delimiter == b' '))
 }
 
 /// A text in which any number of blanks is one, and none begins or ends a line; if that is wanted.
-pub struct Squeezed<R> {
+pub(crate) struct Squeezed<R> {
     text: R,
     wanted: bool,
     ready: Vec<u8>,

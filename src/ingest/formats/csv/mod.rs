@@ -33,7 +33,7 @@ use text::{Text, decoded};
 const FIRST: usize = 20;
 
 /// The format.
-pub const FORMAT: LogFormat = LogFormat {
+pub(super) const FORMAT: LogFormat = LogFormat {
     name: "csv",
     description: "Delimited text",
     channel_names: "column",

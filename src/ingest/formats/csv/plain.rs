@@ -21,7 +21,7 @@ use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
 /// Any delimited text.
-pub const DECODER: Decoder = Decoder { list, decode };
+pub(super) const DECODER: Decoder = Decoder { list, decode };
 
 /// Rows by which a clock is judged.
 const JUDGED: usize = 100_000;

@@ -29,7 +29,7 @@ const FAR: f64 = 3.0;
 const FEW: usize = 10;
 
 /// The number of a column that stands for none, and how often it is there.
-pub fn of(values: &[f64]) -> Option<(f64, usize)> {
+pub(super) fn of(values: &[f64]) -> Option<(f64, usize)> {
     // the largest size, and the largest of the others
     let (mut most, mut next, mut count, mut others) = (0.0_f64, 0.0_f64, 0, 0);
     for size in values.iter().map(|v| v.abs()) {
@@ -47,7 +47,7 @@ pub fn of(values: &[f64]) -> Option<(f64, usize)> {
 }
 
 /// Takes such numbers out of columns.
-pub fn take_out(names: &[&str], columns: &mut [Vec<f64>], warnings: &mut Vec<Warning>) {
+pub(super) fn take_out(names: &[&str], columns: &mut [Vec<f64>], warnings: &mut Vec<Warning>) {
     for (name, column) in names.iter().zip(columns) {
         let Some((size, count)) = of(column) else { continue };
         column.iter_mut().filter(|v| v.abs() == size).for_each(|v| *v = f64::NAN);

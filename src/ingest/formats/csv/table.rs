@@ -23,7 +23,7 @@ const MOST_NOTES: usize = 4;
 const LOOKED_AT: usize = 50;
 
 /// A text that is open at its first row of numbers.
-pub struct Table {
+pub(crate) struct Table {
     /// The lines above the names, split into cells.
     pub above: Vec<Vec<String>>,
     /// The names as written, one per cell.
@@ -52,7 +52,7 @@ pub struct Table {
 ///
 /// # Errors
 /// The file cannot be read, or has no such row.
-pub fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error> {
+pub(crate) fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let file = source::open(log).map_err(fail)?;
     let mut text = BufReader::new(Text::new(file).map_err(fail)?);

@@ -11,7 +11,7 @@ use std::io::{Read, Result};
 const BLOCK: usize = 1 << 16;
 
 /// A file's text as UTF-8.
-pub struct Text<R> {
+pub(crate) struct Text<R> {
     file: R,
     encoding: Encoding,
     /// Whether lines end with a lone `\r`.
@@ -35,7 +35,7 @@ impl<R: Read> Text<R> {
     ///
     /// # Errors
     /// They cannot be read.
-    pub fn new(mut file: R) -> Result<Self> {
+    pub(crate) fn new(mut file: R) -> Result<Self> {
         let mut head = Vec::with_capacity(BLOCK);
         file.by_ref().take(BLOCK as u64).read_to_end(&mut head)?;
         let (encoding, skip) = encoding(&head);
@@ -139,7 +139,7 @@ fn encoding(head: &[u8]) -> (Encoding, usize) {
 
 /// Whether the first bytes of a file are text: without control characters but tabs, line ends, and the zeros at the
 /// end of a file whose logger lost its power.
-pub fn is_text(head: &[u8]) -> bool {
+pub(crate) fn is_text(head: &[u8]) -> bool {
     if encoding(head).0 != Encoding::Bytes {
         return true;
     }
@@ -160,7 +160,7 @@ pub fn is_text(head: &[u8]) -> bool {
 }
 
 /// The first part of a text in whatever encoding; `None` if it is none.
-pub fn beginning(head: &[u8]) -> Option<String> {
+pub(crate) fn beginning(head: &[u8]) -> Option<String> {
     if !is_text(head) && head.contains(&0) {
         return None;
     }
@@ -168,7 +168,7 @@ pub fn beginning(head: &[u8]) -> Option<String> {
 }
 
 /// A text in whatever encoding.
-pub fn whole(bytes: &[u8]) -> String {
+pub(crate) fn whole(bytes: &[u8]) -> String {
     let mut utf8 = Vec::with_capacity(bytes.len());
     // reading from memory cannot fail
     if let Ok(mut text) = Text::new(bytes) {
@@ -178,7 +178,7 @@ pub fn whole(bytes: &[u8]) -> String {
 }
 
 /// Bytes as text: UTF-8, or else Latin-1.
-pub fn decoded(bytes: &[u8]) -> String {
+pub(crate) fn decoded(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),

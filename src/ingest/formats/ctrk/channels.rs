@@ -71,7 +71,7 @@ const GPS: [(&str, &str); 4] = [
 const COUNTED: &str = "fuel_cc";
 
 /// All columns with their units, each on the clock of its frames, from the first record on.
-pub fn columns(contents: &Contents<'_>) -> Vec<(Column, &'static str)> {
+pub(super) fn columns(contents: &Contents<'_>) -> Vec<(Column, &'static str)> {
     let Some(start) = contents.records.first().map(|r| r.stamp) else { return Vec::new() };
     let seconds = |stamp: i64| (stamp - start) as f64 * 1e-3;
     let mut out = Vec::new();
@@ -119,7 +119,7 @@ pub fn columns(contents: &Contents<'_>) -> Vec<(Column, &'static str)> {
 }
 
 /// The first GPS time, as ms since 1970 of the record that everything counts from.
-pub fn start_by_gps(contents: &Contents<'_>) -> Option<i64> {
+pub(super) fn start_by_gps(contents: &Contents<'_>) -> Option<i64> {
     let start = contents.records.first()?.stamp;
     contents.records.iter().find_map(|r| match r.payload {
         Payload::Gps(sentence) => Some(Fix::of(sentence)?.when? - (r.stamp - start)),

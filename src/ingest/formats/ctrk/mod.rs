@@ -22,7 +22,7 @@ use records::Contents;
 
 /// Yamaha Y-Trac `.CTRK`.
 #[derive(Debug)]
-pub struct Ctrk;
+pub(super) struct Ctrk;
 
 /// Before this a logger's clock was never set, ms since 1970: it begins at 2000-01-01.
 const CLOCK_SET: i64 = 1_262_304_000_000;

@@ -23,7 +23,7 @@ const LARGEST: usize = 500;
 
 /// One record with its stamp.
 #[derive(Debug, PartialEq)]
-pub struct Record<'a> {
+pub(super) struct Record<'a> {
     /// ms since 1970, UTC as far as the logger's clock was set.
     pub stamp: i64,
     /// What it carries.
@@ -32,7 +32,7 @@ pub struct Record<'a> {
 
 /// What a record carries.
 #[derive(Debug, PartialEq)]
-pub enum Payload<'a> {
+pub(super) enum Payload<'a> {
     /// A CAN frame's identifier and data.
     Can(u16, &'a [u8]),
     /// A sentence of the GPS.
@@ -43,7 +43,7 @@ pub enum Payload<'a> {
 
 /// All that a file holds.
 #[derive(Debug, Default)]
-pub struct Contents<'a> {
+pub(super) struct Contents<'a> {
     /// In the file's order.
     pub records: Vec<Record<'a>>,
     /// Key and value of the footer.
@@ -53,12 +53,12 @@ pub struct Contents<'a> {
 }
 
 /// Whether a file begins as one.
-pub fn is(head: &[u8]) -> bool {
+pub(super) fn is(head: &[u8]) -> bool {
     head.starts_with(b"HEAD") && head.len() > ENTRIES
 }
 
 /// Splits a file into records.
-pub fn split(bytes: &[u8]) -> Contents<'_> {
+pub(super) fn split(bytes: &[u8]) -> Contents<'_> {
     let mut at = after_entries(bytes);
     let mut contents = Contents::default();
     let mut clock = Clock::default();

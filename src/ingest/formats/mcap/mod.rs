@@ -28,7 +28,7 @@ mod ros;
 use records::{Event, MAGIC, Scan};
 
 /// The format.
-pub struct Mcap;
+pub(super) struct Mcap;
 
 /// Messages of a topic that are looked at to learn its fields.
 const LEARN: u64 = 20;

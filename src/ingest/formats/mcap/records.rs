@@ -11,7 +11,7 @@ use crate::ingest::error::Error;
 use crate::store::objects::{Location, source};
 
 /// What a file begins (and ends) with.
-pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Largest chunk after unpacking, bytes; usual are a few million.
 const LARGEST: u64 = 256 << 20;
@@ -19,7 +19,7 @@ const LARGEST: u64 = 256 << 20;
 const UNPACKED: (u64, u64) = (256 << 20, 1000);
 
 /// A record of the file.
-pub enum Event<'a> {
+pub(super) enum Event<'a> {
     /// How messages are built.
     Schema {
         /// Its number.
@@ -62,7 +62,7 @@ pub enum Event<'a> {
 
 /// What is known at the end.
 #[derive(Debug, Default)]
-pub struct Scan {
+pub(super) struct Scan {
     /// Chunks that could not be used.
     pub bad_chunks: usize,
     /// Time in them, s.
@@ -72,7 +72,7 @@ pub struct Scan {
 }
 
 /// Everything that is said before the summary, in turn.
-pub fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Error> {
+pub(super) fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let file = source::open(log).map_err(fail)?;
     let size = file.size().map_err(fail)?;

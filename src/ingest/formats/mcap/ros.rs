@@ -6,7 +6,7 @@ use super::limits::LISTED;
 
 /// How messages are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wire {
+pub(super) enum Wire {
     /// One field after the other.
     Ros1,
     /// With four bytes in front, each number at a multiple of its size.
@@ -15,7 +15,7 @@ pub enum Wire {
 
 /// How messages of a type are built.
 #[derive(Debug)]
-pub struct Definition {
+pub(super) struct Definition {
     /// Fields by type; the message itself is the first.
     types: Vec<Vec<Field>>,
     wire: Wire,
@@ -64,7 +64,7 @@ impl Definition {
     ///
     /// # Errors
     /// A sentence about what cannot be understood.
-    pub fn parse(name: &str, text: &[u8], wire: Wire) -> Result<Self, String> {
+    pub(super) fn parse(name: &str, text: &[u8], wire: Wire) -> Result<Self, String> {
         let text = String::from_utf8_lossy(text);
         let mut sections: Vec<(String, Vec<&str>)> = vec![(name.to_owned(), Vec::new())];
         for line in text.lines() {
@@ -94,7 +94,11 @@ impl Definition {
     ///
     /// # Errors
     /// The message is shorter than its definition requires.
-    pub fn numbers(&self, data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), String> {
+    pub(super) fn numbers(
+        &self,
+        data: &[u8],
+        take: &mut dyn FnMut(&str, f64),
+    ) -> Result<(), String> {
         let (data, big_endian, widest) = match self.wire {
             Wire::Ros1 => (data, false, 1),
             Wire::Cdr => {
@@ -308,7 +312,7 @@ fn number(raw: u64, size: usize, signed: bool, float: bool) -> f64 {
 }
 
 /// Units that the common messages have by definition (REP 103).
-pub fn unit(schema: &str, path: &str) -> Option<&'static str> {
+pub(super) fn unit(schema: &str, path: &str) -> Option<&'static str> {
     let schema = short(schema);
     let package = schema.split(['/', '.']).next()?;
     if !matches!(package, "sensor_msgs" | "geometry_msgs" | "nav_msgs" | "foxglove") {

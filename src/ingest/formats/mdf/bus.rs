@@ -12,12 +12,12 @@ use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 const FRAMES: usize = 1 << 30;
 
 /// Whether a channel is a signal of frames.
-pub fn is_signal(channel: &SourceChannel) -> bool {
+pub(super) fn is_signal(channel: &SourceChannel) -> bool {
     channel.place[2] >= FRAMES
 }
 
 /// Adds the signals that the databases define for the file's frames.
-pub fn list(file: &Mf4File, database: &Database, listing: &mut Listing) {
+pub(super) fn list(file: &Mf4File, database: &Database, listing: &mut Listing) {
     let mut counts = FrameCounts::default();
     let mut warnings = Vec::new();
     each(file, &mut |frame| counts.count(frame), &mut warnings);
@@ -31,7 +31,7 @@ pub fn list(file: &Mf4File, database: &Database, listing: &mut Listing) {
 }
 
 /// The wanted signals.
-pub fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChannel]) -> Decoded {
+pub(super) fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChannel]) -> Decoded {
     let places: Vec<SourceChannel> = wanted
         .iter()
         .map(|channel| {

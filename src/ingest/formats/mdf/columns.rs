@@ -22,7 +22,7 @@ const PIECE: u64 = 256 << 10;
 const MOST_UNPACKED: u64 = 64;
 
 /// The samples of some channels.
-pub struct Columns {
+pub(super) struct Columns {
     /// One per channel, equally long.
     pub columns: Vec<Vec<f64>>,
     /// What ended them too early.
@@ -69,7 +69,7 @@ struct Ends {
 }
 
 /// The channels' samples; `None` if the group or one of them is for the library to read.
-pub fn read(
+pub(super) fn read(
     bytes: &dyn Bytes,
     data: &DataGroup,
     group: &ChannelGroup,

@@ -8,7 +8,7 @@ use crate::contract::warning::Warning;
 use crate::ingest::warning::warning;
 
 /// Unique names for groups: repeated ones are numbered.
-pub fn group_names(named: Vec<String>) -> Vec<String> {
+pub(super) fn group_names(named: Vec<String>) -> Vec<String> {
     let only = named.len() == 1;
     let mut seen: HashMap<String, usize> = HashMap::new();
     let mut name = |(i, name): (usize, String)| {
@@ -25,13 +25,13 @@ pub fn group_names(named: Vec<String>) -> Vec<String> {
 }
 
 /// A unit as the log gives it; an empty one is none.
-pub fn unit(text: &str) -> Option<String> {
+pub(super) fn unit(text: &str) -> Option<String> {
     let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
     (!text.is_empty()).then(|| text.to_owned())
 }
 
 /// A group that could not be read to its end.
-pub fn broken(group: &str, samples: usize, last: Option<f64>, error: &Mf4Error) -> Warning {
+pub(super) fn broken(group: &str, samples: usize, last: Option<f64>, error: &Mf4Error) -> Warning {
     let until = last.map(|t| format!(", until {t:.2} s")).unwrap_or_default();
     let group = if group.is_empty() { "its channels" } else { group };
     let message =

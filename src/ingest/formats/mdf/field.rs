@@ -4,7 +4,7 @@ use falcon_mdf::blocks::{ChannelType, DataType};
 use falcon_mdf::{Channel, ChannelGroup, Conversion};
 
 /// Records in memory.
-pub enum Layout<'a> {
+pub(super) enum Layout<'a> {
     /// One after the other.
     Records {
         /// Whole records.
@@ -22,7 +22,7 @@ pub enum Layout<'a> {
 }
 
 /// A channel's place in its group's records.
-pub struct Field<'a> {
+pub(super) struct Field<'a> {
     channel: &'a Channel,
     /// Its first byte.
     at: usize,
@@ -65,7 +65,7 @@ impl Number {
 
 impl<'a> Field<'a> {
     /// Of a channel behind a record number of `id` bytes; `None` if it is not a plain number.
-    pub fn of(channel: &'a Channel, group: &ChannelGroup, id: usize) -> Option<Field<'a>> {
+    pub(super) fn of(channel: &'a Channel, group: &ChannelGroup, id: usize) -> Option<Field<'a>> {
         let stored = matches!(channel.channel_type, ChannelType::FixedLength | ChannelType::Master);
         let readable = channel.unreadable().is_none() && channel.value_kind().is_numeric();
         if !stored || !readable || channel.is_array() {
@@ -84,7 +84,7 @@ impl<'a> Field<'a> {
     }
 
     /// The physical values of the records, NaN where they are invalid.
-    pub fn decode(&self, records: &Layout<'_>, out: &mut [f64]) {
+    pub(super) fn decode(&self, records: &Layout<'_>, out: &mut [f64]) {
         match self.number {
             Number::F32 => records.fill(self.at, out, |b| f64::from(f32::from_le_bytes(b))),
             Number::F64 => records.fill(self.at, out, f64::from_le_bytes),

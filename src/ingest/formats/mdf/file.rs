@@ -9,7 +9,7 @@ use falcon_mdf::io::range::{RangeFetch, RangeSource, read_seek_source};
 use crate::store::objects::source::Source;
 
 /// Bytes that can be read into the same memory again and again.
-pub trait Bytes: ByteSource {
+pub(super) trait Bytes: ByteSource {
     /// Replaces what is in `out`.
     ///
     /// # Errors
@@ -28,7 +28,7 @@ impl<F: RangeFetch> Bytes for RangeSource<F> {}
 ///
 /// # Errors
 /// It cannot be asked for its length.
-pub fn bytes(log: Source) -> Result<Arc<dyn Bytes>, Mf4Error> {
+pub(super) fn bytes(log: Source) -> Result<Arc<dyn Bytes>, Mf4Error> {
     match log {
         #[cfg(unix)]
         Source::Local(file) => Ok(Arc::new(local::Local::new(file)?)),
@@ -54,14 +54,14 @@ mod local {
 
     /// A file on this machine. It is not mapped into memory: were it cut off meanwhile, that
     /// would end the program.
-    pub struct Local {
+    pub(super) struct Local {
         file: Arc<LocalLog>,
         len: u64,
         small: Box<dyn ByteSource>,
     }
 
     impl Local {
-        pub fn new(file: LocalLog) -> Result<Self, Mf4Error> {
+        pub(super) fn new(file: LocalLog) -> Result<Self, Mf4Error> {
             let len = file.size()?;
             let file = Arc::new(file);
             let of_windows = Arc::clone(&file);

@@ -36,7 +36,7 @@ use file::Bytes;
 use patched::Patched;
 
 /// The format.
-pub struct Mdf;
+pub(super) struct Mdf;
 
 impl Format for Mdf {
     const NAME: &'static str = "mdf";

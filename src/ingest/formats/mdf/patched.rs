@@ -8,7 +8,7 @@ use falcon_mdf::io::{ByteSlice, ByteSource};
 use super::file::Bytes;
 
 /// Bytes of a file with some eight of them replaced.
-pub struct Patched {
+pub(super) struct Patched {
     /// As they are in the file.
     pub bytes: Arc<dyn Bytes>,
     /// Place and new value, ascending.

@@ -20,7 +20,7 @@ const DATA: [&[u8]; 4] = [b"##DT", b"##SD", b"##RD", b"##DV"];
 
 /// What was found.
 #[derive(Debug, Default)]
-pub struct Repaired {
+pub(super) struct Repaired {
     /// Place and new value.
     pub patches: BTreeMap<u64, u64>,
     /// Links that lead nowhere.
@@ -33,7 +33,7 @@ pub struct Repaired {
 
 impl Repaired {
     /// For people.
-    pub fn warnings(&self, unfinished: bool) -> Vec<Warning> {
+    pub(super) fn warnings(&self, unfinished: bool) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if unfinished {
             let on = if self.ran_on { "; its data is read to the file's end" } else { "" };
@@ -74,7 +74,7 @@ impl Block {
 ///
 /// # Errors
 /// Not even its header is there.
-pub fn repair(bytes: &dyn ByteSource, unfinished: bool) -> Result<Repaired, String> {
+pub(super) fn repair(bytes: &dyn ByteSource, unfinished: bool) -> Result<Repaired, String> {
     let size = bytes.len();
     let header = block_at(bytes, HEADER, false);
     if !header.is_some_and(|b| &b.id == b"##HD" && HEADER + b.length <= size) {

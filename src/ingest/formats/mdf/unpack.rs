@@ -8,7 +8,7 @@ use libdeflater::Decompressor;
 
 /// How a block's bytes are packed.
 #[derive(Debug, Clone, Copy)]
-pub enum Method {
+pub(super) enum Method {
     /// zlib.
     Deflate,
     /// Zstandard.
@@ -19,7 +19,7 @@ pub enum Method {
 
 impl Method {
     /// The method, and whether rows were turned into columns before; `None` of unknown ones.
-    pub fn of(algorithm: CompressionType) -> Option<(Method, bool)> {
+    pub(super) fn of(algorithm: CompressionType) -> Option<(Method, bool)> {
         let method = match algorithm {
             CompressionType::Deflate | CompressionType::TransposedDeflate => Method::Deflate,
             CompressionType::Zstd | CompressionType::TransposedZstd => Method::Zstd,
@@ -31,7 +31,7 @@ impl Method {
 }
 
 /// Unpacks one block after the other into the same memory.
-pub struct Unpacker {
+pub(super) struct Unpacker {
     inflater: Decompressor,
     bytes: Vec<u8>,
 }
@@ -47,7 +47,12 @@ impl Unpacker {
     ///
     /// # Errors
     /// It is damaged.
-    pub fn unpack(&mut self, method: Method, packed: &[u8], len: usize) -> Result<&[u8], Mf4Error> {
+    pub(super) fn unpack(
+        &mut self,
+        method: Method,
+        packed: &[u8],
+        len: usize,
+    ) -> Result<&[u8], Mf4Error> {
         let damaged = |e: &dyn std::fmt::Display| Mf4Error::Decompression(e.to_string());
         let got = match method {
             Method::Deflate => {

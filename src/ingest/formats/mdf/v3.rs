@@ -10,7 +10,7 @@ use super::common::{broken, group_names, unit};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::raw::Column;
 
-pub fn list(file: &Mdf3File) -> Listing {
+pub(super) fn list(file: &Mdf3File) -> Listing {
     let mut listing = Listing::default();
     let mut groups = Vec::new();
     for (dg, group) in file.data_groups().iter().enumerate() {
@@ -50,7 +50,7 @@ pub fn list(file: &Mdf3File) -> Listing {
     listing
 }
 
-pub fn decode(file: &Mdf3File, wanted: &[&SourceChannel]) -> Decoded {
+pub(super) fn decode(file: &Mdf3File, wanted: &[&SourceChannel]) -> Decoded {
     let mut clocks: HashMap<[usize; 2], Arc<Vec<f64>>> = HashMap::new();
     let mut decoded = Decoded::default();
     for channel in wanted {

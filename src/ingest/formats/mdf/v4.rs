@@ -53,7 +53,7 @@ fn is_numeric(channel: &Channel) -> bool {
     channel.value_kind().is_numeric() && !channel.is_array() && channel.unreadable().is_none()
 }
 
-pub fn list(file: &Mf4File) -> Listing {
+pub(super) fn list(file: &Mf4File) -> Listing {
     let mut listing = Listing::default();
     let mut other = Vec::new();
     for (group, cg) in groups(file) {
@@ -100,7 +100,7 @@ struct Part {
     warning: Option<Warning>,
 }
 
-pub fn decode(file: &Mf4File, bytes: &dyn Bytes, wanted: &[&SourceChannel]) -> Decoded {
+pub(super) fn decode(file: &Mf4File, bytes: &dyn Bytes, wanted: &[&SourceChannel]) -> Decoded {
     let mut of_group: BTreeMap<[usize; 2], Vec<(usize, &SourceChannel)>> = BTreeMap::new();
     for (i, channel) in wanted.iter().enumerate() {
         let [dg, cg, _] = channel.place;

@@ -30,7 +30,7 @@ const BLOCK: usize = 1 << 16;
 
 /// Header and channels of a file.
 #[derive(Debug, Default, PartialEq)]
-pub struct Log {
+pub(super) struct Log {
     /// Day, as written: day/month/year.
     pub date: String,
     /// Time of day, as written.
@@ -49,7 +49,7 @@ pub struct Log {
 
 /// How a sample is stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SampleType {
+pub(super) enum SampleType {
     /// Whole number of 2 bytes.
     I16,
     /// Whole number of 4 bytes.
@@ -62,7 +62,7 @@ pub enum SampleType {
 
 /// A channel's description.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Channel {
+pub(super) struct Channel {
     /// Its name.
     pub name: String,
     /// Its unit, as written.
@@ -80,7 +80,7 @@ pub struct Channel {
 
 impl Channel {
     /// How many of the header's samples a file of that size holds.
-    pub fn there(&self, size: u64) -> u64 {
+    pub(super) fn there(&self, size: u64) -> u64 {
         let room = size.saturating_sub(self.place) / self.kind.bytes() as u64;
         u64::from(self.samples).min(room)
     }
@@ -107,7 +107,7 @@ impl SampleType {
 }
 
 /// Whether a file begins as one.
-pub fn is(head: &[u8]) -> bool {
+pub(super) fn is(head: &[u8]) -> bool {
     head.starts_with(&[64, 0, 0, 0]) && head.len() >= HEADER
 }
 
@@ -115,7 +115,7 @@ pub fn is(head: &[u8]) -> bool {
 ///
 /// # Errors
 /// The file cannot be read; `None` when it is shorter than a header.
-pub fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Log>> {
+pub(super) fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Log>> {
     if size < HEADER as u64 {
         return Ok(None);
     }
@@ -161,7 +161,7 @@ pub fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Log>> {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn about(file: &mut (impl Read + Seek), size: u64) -> Result<Vec<(String, String)>> {
+pub(super) fn about(file: &mut (impl Read + Seek), size: u64) -> Result<Vec<(String, String)>> {
     let mut head = vec![0; HEADER];
     file.seek(SeekFrom::Start(0))?;
     file.read_exact(&mut head)?;
@@ -228,7 +228,11 @@ fn number_twins(channels: &mut [Channel]) {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn samples(file: &mut (impl Read + Seek), size: u64, channel: &Channel) -> Result<Vec<f64>> {
+pub(super) fn samples(
+    file: &mut (impl Read + Seek),
+    size: u64,
+    channel: &Channel,
+) -> Result<Vec<f64>> {
     let bytes = channel.kind.bytes();
     let mut left = channel.there(size) as usize;
     let mut out = Vec::with_capacity(left);

@@ -23,7 +23,7 @@ mod ld;
 
 /// MoTeC `.ld`.
 #[derive(Debug)]
-pub struct Ld;
+pub(super) struct Ld;
 
 impl Format for Ld {
     const NAME: &'static str = "motec_ld";

@@ -6,7 +6,7 @@ use crate::ingest::warning::warning;
 
 /// The header keys of one source.
 #[derive(Debug)]
-pub struct HeaderKeys {
+pub(crate) struct HeaderKeys {
     /// The vehicle: the bike.
     pub vehicle: &'static str,
     /// Who rode; the first that is there.
@@ -21,11 +21,11 @@ pub struct HeaderKeys {
 
 /// Key and value, in the order of the text.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct Facts(pub Vec<(String, String)>);
+pub(crate) struct Facts(pub Vec<(String, String)>);
 
 impl Facts {
     /// From lines split into cells: a key and its values, then after an empty cell perhaps another.
-    pub fn of_cells(lines: &[Vec<String>]) -> Self {
+    pub(crate) fn of_cells(lines: &[Vec<String>]) -> Self {
         let mut facts = Vec::new();
         for line in lines {
             for group in line.split(|cell| cell.is_empty()) {
@@ -40,7 +40,7 @@ impl Facts {
     }
 
     /// Of lines of comment: `// key: value`.
-    pub fn of_comments<'a>(lines: impl Iterator<Item = &'a str>) -> Self {
+    pub(crate) fn of_comments<'a>(lines: impl Iterator<Item = &'a str>) -> Self {
         let pair = |line: &str| {
             let (key, value) = line.trim_start_matches('/').split_once(':')?;
             let (key, value) = (key.trim(), value.trim());
@@ -50,12 +50,12 @@ impl Facts {
     }
 
     /// The value of a key, whatever its case.
-    pub fn get(&self, key: &str) -> Option<&str> {
+    pub(crate) fn get(&self, key: &str) -> Option<&str> {
         self.0.iter().find(|(k, _)| k.eq_ignore_ascii_case(key)).map(|(_, v)| v.as_str())
     }
 
     /// A number that a value begins with: `100.000 Hz`, `40.0Hz`.
-    pub fn number(&self, key: &str) -> Option<f64> {
+    pub(crate) fn number(&self, key: &str) -> Option<f64> {
         let value = self.get(key)?.trim();
         let end = value.find(|c: char| !(c.is_ascii_digit() || ".,-".contains(c)));
         let number: f64 = value[..end.unwrap_or(value.len())].replace(',', ".").parse().ok()?;
@@ -63,7 +63,7 @@ impl Facts {
     }
 
     /// Session metadata.
-    pub fn meta(&self, keys: &HeaderKeys) -> Meta {
+    pub(crate) fn meta(&self, keys: &HeaderKeys) -> Meta {
         let text = |key: &str| self.get(key).map(str::to_owned);
         let start: Option<Vec<&str>> = keys.start.iter().map(|key| self.get(key)).collect();
         Meta {
@@ -77,7 +77,7 @@ impl Facts {
 }
 
 /// A vehicle's name as that of a file: `BMW M4 #7` becomes `BMW_M4_7`.
-pub fn name(text: &str) -> String {
+pub(crate) fn name(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-');
     let words: Vec<&str> = text.split(|c| !plain(c)).filter(|w| !w.is_empty()).collect();
     words.join("_").trim_start_matches(['.', '_', '-']).to_owned()
@@ -104,7 +104,7 @@ const HOURS: &[&str] = &["%H:%M:%S", "%H:%M:%S%.f", "%H:%M", "%H.%M.%S", "%I:%M:
 
 /// A day and a time of day as RFC 3339. No logger tells its time zone here: the clock on the wall
 /// is written as if it were UTC.
-pub fn moment(text: &str) -> Option<String> {
+pub(crate) fn moment(text: &str) -> Option<String> {
     let text = text.trim();
     for day in DAYS {
         for hour in HOURS {
@@ -120,7 +120,7 @@ pub fn moment(text: &str) -> Option<String> {
 }
 
 /// The warning that goes with such a start.
-pub fn wall_clock(start: &str) -> Warning {
+pub(crate) fn wall_clock(start: &str) -> Warning {
     let message = format!(
         "the start {} is the logger's own clock, whose time zone is not told; it is kept as if it \
          were UTC",

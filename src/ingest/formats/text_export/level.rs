@@ -13,7 +13,7 @@
 
 /// A channel that is computed.
 #[derive(Debug)]
-pub struct Derived {
+pub(super) struct Derived {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
@@ -25,7 +25,7 @@ pub struct Derived {
 }
 
 /// Everything that can be computed. Rates in rad/s, accelerations in m/s².
-pub const ALL: &[Derived] = &[
+pub(super) const ALL: &[Derived] = &[
     Derived { name: "velocity_x", unit: "m/s", of: &["Vel_X", "Vel_Y", "Yaw"], how: forward },
     Derived { name: "velocity_y", unit: "m/s", of: &["Vel_X", "Vel_Y", "Yaw"], how: left },
     Derived { name: "acceleration_x", unit: "m/s2", of: SPECIFIC, how: forward_acceleration },

@@ -29,8 +29,8 @@ use crate::store::objects::Location;
 
 pub(crate) mod facts;
 mod level;
-pub mod racebox;
-pub mod xsens;
+pub(super) mod racebox;
+pub(super) mod xsens;
 
 use facts::{Facts, HeaderKeys, wall_clock};
 
@@ -96,7 +96,7 @@ macro_rules! text_format {
      $channel_names:literal, [$($map:literal),*]) => {
         $(#[$doc])*
         #[derive(Debug)]
-        pub struct $name;
+        pub(super) struct $name;
 
         impl Format for $name {
             const NAME: &'static str = $text;

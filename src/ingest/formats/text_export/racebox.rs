@@ -30,7 +30,7 @@ use crate::store::objects::Location;
 
 /// A RaceBox CSV.
 #[derive(Debug)]
-pub struct RaceBox;
+pub(crate) struct RaceBox;
 
 /// First names of the row of names.
 const BEGIN: [&str; 2] = ["Record", "Time"];

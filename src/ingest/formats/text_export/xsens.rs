@@ -34,7 +34,7 @@ use crate::store::objects::Location;
 
 /// Exports of MT Manager.
 #[derive(Debug)]
-pub struct Xsens;
+pub(crate) struct Xsens;
 
 const COUNTER: &str = "PacketCounter";
 const TICKS: &str = "SampleTimeFine";

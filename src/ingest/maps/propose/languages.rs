@@ -80,7 +80,7 @@ const WORDS: &[(&str, &str)] = &[
 ];
 
 /// The English words for a word of another language, in lower case without accents; `None` of words that are not known.
-pub fn english(word: &str) -> Option<&'static str> {
+pub(super) fn english(word: &str) -> Option<&'static str> {
     if word.len() < 2 {
         return None;
     }

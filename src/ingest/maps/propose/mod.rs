@@ -11,12 +11,12 @@ use crate::ingest::clock::stamps::names;
 use crate::ingest::formats::listing::{ListedClock, Listing, SourceChannel};
 use crate::ingest::maps::units;
 
-pub mod compare;
+pub(crate) mod compare;
 mod languages;
 #[cfg(test)]
 mod loggers;
-pub mod motion;
-pub mod physics;
+pub(crate) mod motion;
+pub(crate) mod physics;
 mod words;
 
 use words::{RULES, Rule, words};
@@ -39,7 +39,7 @@ struct Candidate<'a> {
 ///
 /// `name` becomes the map's; `extents` are the least, middle and largest number of each channel, in the same order, or
 /// empty where they are not known.
-pub fn propose(
+pub(crate) fn propose(
     name: &str,
     format: &str,
     own_clock: bool,

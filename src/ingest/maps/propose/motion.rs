@@ -15,7 +15,7 @@ const NOMINAL: f64 = 0.02;
 const WIDTH: usize = 110;
 
 /// The text of a channel map of verdicts: what is sure is in force, the rest commented out.
-pub fn draft(
+pub(crate) fn draft(
     name: &str,
     format: &str,
     own_clock: bool,
@@ -121,7 +121,7 @@ fn columns(verdicts: &Verdicts) -> Vec<Channel> {
 }
 
 /// The table of one entry with its comments, as it stands in a map.
-pub fn entry(verdict: &Verdict, listing: &Listing) -> String {
+pub(crate) fn entry(verdict: &Verdict, listing: &Listing) -> String {
     let mut out = String::new();
     let _ = write_entry(&mut out, verdict, listing);
     out
@@ -198,6 +198,6 @@ fn comment(out: &mut String, text: &str) -> std::fmt::Result {
 }
 
 /// Whether an entry only lacks the radius that its surface speed was computed with.
-pub fn lacks_radius(verdict: &Verdict) -> bool {
+pub(crate) fn lacks_radius(verdict: &Verdict) -> bool {
     verdict.doubt.as_deref() == Some(RADIUS)
 }

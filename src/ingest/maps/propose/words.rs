@@ -7,7 +7,7 @@ use crate::ingest::clock::stamps::names::folded;
 use Channel::*;
 
 /// How a column is recognised.
-pub struct Rule {
+pub(super) struct Rule {
     /// The column.
     pub channel: Channel,
     /// What its unit measures.
@@ -35,7 +35,7 @@ impl Rule {
     }
 
     /// How many words of the name are its own; `None` if it is not meant.
-    pub fn score(&self, words: &[String]) -> Option<usize> {
+    pub(super) fn score(&self, words: &[String]) -> Option<usize> {
         if self.not.split(' ').any(|n| has(words, n))
             || TRAPS.iter().any(|n| words.iter().any(|w| w == n))
         {
@@ -46,18 +46,18 @@ impl Rule {
     }
 
     /// Whether the rider moves it: in a log of riding it changes.
-    pub fn is_controlled(&self) -> bool {
+    pub(super) fn is_controlled(&self) -> bool {
         matches!(self.channel, Throttle | BrakePressureFront | BrakePressureRear)
     }
 
     /// Whether a throttle is that of the rider's hand.
-    pub fn is_grip(&self, words: &[String]) -> bool {
+    pub(super) fn is_grip(&self, words: &[String]) -> bool {
         const GRIP: [&str; 6] = ["grip", "aps", "apps", "accelerator", "pedal", "twist"];
         self.channel == Throttle && words.iter().any(|w| GRIP.contains(&w.as_str()))
     }
 
     /// Whether it is a wheel's spin.
-    pub fn is_wheel(&self) -> bool {
+    pub(super) fn is_wheel(&self) -> bool {
         matches!(self.channel, WheelSpeedFront | WheelSpeedRear)
     }
 }
@@ -119,7 +119,7 @@ const EULER: &str = "the Euler angle's rate; of a unit that leans map all six as
 
 /// One for each column that loggers have, in schema order.
 #[rustfmt::skip]
-pub const RULES: &[Rule] = &[
+pub(super) const RULES: &[Rule] = &[
     rule(VelocityX, "speed", &["velocity x", "vel x", "vx", "v x", "gps speed", "gps velocity",
         "ground speed", "vehicle speed", "speed", "velocity", "v gps", "kph", "mph", "kmh", "km h"],
         "calc wheel whl front rear fl fr rl rr engine motor wind lateral vert vertical y z vy vz north east \
@@ -172,7 +172,7 @@ pub const RULES: &[Rule] = &[
 
 /// The words of a name, in lower case and in English where they are of another known language: `WheelSpeed_Front2` is
 /// `wheel`, `speed`, `front`, `2`, and `Schräglage` is `lean`.
-pub fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let own = own_words(name);
     let mut words = Vec::with_capacity(own.len());
     for word in own {

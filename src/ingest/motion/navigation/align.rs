@@ -107,12 +107,12 @@ impl Sums {
 }
 
 /// An angle between minus and plus half a turn.
-pub fn wrapped(angle: f64) -> f64 {
+pub(super) fn wrapped(angle: f64) -> f64 {
     (angle + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }
 
 /// Course from the places, where the receiver gives none.
-pub fn with_course(epochs: &[Epoch]) -> Vec<Epoch> {
+pub(super) fn with_course(epochs: &[Epoch]) -> Vec<Epoch> {
     let mut out = epochs.to_vec();
     if epochs.iter().any(|e| e.course.is_finite()) {
         return out;
@@ -264,7 +264,7 @@ fn look(windows: &[Window], epoch: f64) -> Result<Seen, String> {
 ///
 /// # Errors
 /// A sentence that says what the ride lacks.
-pub fn align(log: &Log) -> Result<Alignment, String> {
+pub(super) fn align(log: &Log) -> Result<Alignment, String> {
     let epochs = with_course(&log.epochs);
     let mirrored = clockwise(&epochs);
     let mut plain = windows(&epochs);

@@ -20,7 +20,7 @@ use super::state::{Covariance, Errors, State};
 const BLOCK: usize = 2000;
 
 /// The smoothed ride.
-pub struct Smoothed {
+pub(super) struct Smoothed {
     /// At every step.
     pub states: Vec<State>,
     /// How the sources fared.
@@ -40,7 +40,7 @@ fn before(u: &Update, l: &mut Errors, big: &mut Covariance) {
 }
 
 /// Filters and smooths; `look` gets the covariance of every smoothed state as `(step, state, P, L)`.
-pub fn smooth(
+pub(super) fn smooth(
     problem: &Problem<'_>,
     begin: &Begin,
     first: &Stand,

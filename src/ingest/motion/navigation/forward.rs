@@ -24,7 +24,7 @@ const LEAN_RATE: f64 = 2.0;
 const STRAIGHT_RATE: f64 = 2.0;
 
 /// Everything that a pass does not change.
-pub struct Problem<'a> {
+pub(super) struct Problem<'a> {
     pub log: &'a Log,
     pub epochs: Vec<Epoch>,
     /// Measured rates and forces, body axes; and low-passed for rows.
@@ -48,7 +48,7 @@ pub struct Problem<'a> {
 
 /// A step of the filter.
 #[derive(Debug, Clone, Copy)]
-pub struct Node {
+pub(super) struct Node {
     /// Its sample.
     pub sample: usize,
     /// Whether the log begins anew with it.
@@ -57,7 +57,7 @@ pub struct Node {
 
 /// Where a stretch without gaps begins.
 #[derive(Debug, Clone)]
-pub struct Start {
+pub(super) struct Start {
     /// Its first node.
     pub node: usize,
     /// Position, velocity and attitude.
@@ -68,7 +68,7 @@ pub struct Start {
 
 /// What a pass begins with.
 #[derive(Debug, Clone)]
-pub struct Begin {
+pub(super) struct Begin {
     /// Of every stretch.
     pub starts: Vec<Start>,
     /// Delay that epochs are placed by, s.
@@ -76,7 +76,7 @@ pub struct Begin {
 }
 
 /// A scalar update that was made.
-pub struct Update {
+pub(super) struct Update {
     pub slopes: Errors,
     pub gain: Errors,
     pub variance: f64,
@@ -84,7 +84,7 @@ pub struct Update {
 }
 
 /// A step with everything that the way back needs.
-pub struct Stored {
+pub(super) struct Stored {
     pub state: State,
     pub covariance: Box<Covariance>,
     pub updates: Vec<Update>,
@@ -94,7 +94,7 @@ pub struct Stored {
 
 /// How a source fared.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Tally {
+pub(super) struct Tally {
     pub used: usize,
     pub refused: usize,
     /// Sum of squared innovations over their variances, of those used.
@@ -103,7 +103,7 @@ pub struct Tally {
 
 /// Where the filter stands before the measurements of a step.
 #[derive(Clone)]
-pub struct Stand {
+pub(super) struct Stand {
     pub state: State,
     pub covariance: Box<Covariance>,
 }
@@ -151,7 +151,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// A sentence: no stretch of it can be begun.
-    pub fn new(log: &'a Log, alignment: &Alignment) -> Result<(Self, Begin), String> {
+    pub(super) fn new(log: &'a Log, alignment: &Alignment) -> Result<(Self, Begin), String> {
         let sign = if alignment.reversed { -1.0 } else { 1.0 };
         let turned = |x: &[Vec<f64>; 3], sign: f64| -> Vec<Vector3<f64>> {
             (0..log.len())
@@ -227,7 +227,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Time of a node, s.
-    pub fn time(&self, node: usize) -> f64 {
+    pub(super) fn time(&self, node: usize) -> f64 {
         self.nodes[node].sample as f64 / self.log.rate
     }
 
@@ -287,14 +287,14 @@ impl<'a> Problem<'a> {
     }
 
     /// Last sample of the stretch that begins with a node.
-    pub fn last_of(&self, node: usize) -> usize {
+    pub(super) fn last_of(&self, node: usize) -> usize {
         let next = self.nodes[node + 1..].iter().position(|n| n.first);
         let end = next.map_or(self.nodes.len(), |k| node + 1 + k);
         self.nodes[end - 1].sample
     }
 
     /// Epochs by node.
-    pub fn placed(&self, delay: f64) -> Vec<Vec<usize>> {
+    pub(super) fn placed(&self, delay: f64) -> Vec<Vec<usize>> {
         let mut out = vec![Vec::new(); self.nodes.len()];
         let rate = self.log.rate;
         let reach = (rate / STEPS).ceil().max(1.0) / rate;
@@ -423,7 +423,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The state some samples after a step, within it.
-    pub fn between(&self, state: &State, from: usize, to: usize) -> State {
+    pub(super) fn between(&self, state: &State, from: usize, to: usize) -> State {
         let dt = 1.0 / self.log.rate;
         (from..to).fold(*state, |s, i| {
             step(&s, [&self.w[i], &self.w[i + 1]], [&self.f[i], &self.f[i + 1]], dt)
@@ -432,7 +432,7 @@ impl<'a> Problem<'a> {
 
     /// Filters the steps of a range from where it stands before the first; `keep` gets each, `tally` how the sources
     /// fared. Returns where it stands before the step after the last.
-    pub fn filter(
+    pub(super) fn filter(
         &self,
         steps: std::ops::Range<usize>,
         from: &Stand,

@@ -7,7 +7,7 @@ use super::state::{Errors, State};
 const STEP: f64 = 1e-4;
 
 /// Derivatives of a number by the errors in `parts`; zero by all others.
-pub fn gradient(h: &dyn Fn(&State) -> f64, state: &State, parts: &[usize]) -> Errors {
+pub(super) fn gradient(h: &dyn Fn(&State) -> f64, state: &State, parts: &[usize]) -> Errors {
     let mut out = Errors::zeros();
     let mut errors = Errors::zeros();
     for &i in parts {
@@ -22,7 +22,7 @@ pub fn gradient(h: &dyn Fn(&State) -> f64, state: &State, parts: &[usize]) -> Er
 }
 
 /// Derivatives of several numbers by the errors in `parts`.
-pub fn gradients<const M: usize>(
+pub(super) fn gradients<const M: usize>(
     h: &dyn Fn(&State) -> [f64; M],
     state: &State,
     parts: &[usize],

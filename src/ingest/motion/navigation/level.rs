@@ -10,7 +10,7 @@ pub const OUTPUTS: usize = 10;
 
 /// What the unit measures at an instant, body axes, low-passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Felt {
+pub(super) struct Felt {
     /// rad/s.
     pub rate: Vector3<f64>,
     /// Derivative of the rate, rad/s².
@@ -21,27 +21,27 @@ pub struct Felt {
 
 /// Direction of the level frame's x, north and west, of a main frame: the trace of its plane on the road. It depends
 /// on the frame's y alone.
-pub fn trace(frame: &Rotation3<f64>) -> [f64; 2] {
+pub(super) fn trace(frame: &Rotation3<f64>) -> [f64; 2] {
     let left = frame * Vector3::y();
     let size = left.x.hypot(left.y).max(1e-9);
     [left.y / size, -left.x / size]
 }
 
 /// Roll and pitch of a main frame, Euler angles, rad.
-pub fn roll_pitch(frame: &Rotation3<f64>) -> [f64; 2] {
+pub(super) fn roll_pitch(frame: &Rotation3<f64>) -> [f64; 2] {
     let m = frame.matrix();
     [m[(2, 1)].atan2(m[(2, 2)]), (-m[(2, 0)]).clamp(-1.0, 1.0).asin()]
 }
 
 /// Rates of roll, pitch and yaw of a spin in main frame axes, rad/s.
-pub fn euler_rates([roll, pitch]: [f64; 2], spin: &Vector3<f64>) -> [f64; 3] {
+pub(super) fn euler_rates([roll, pitch]: [f64; 2], spin: &Vector3<f64>) -> [f64; 3] {
     let (sin, cos) = roll.sin_cos();
     let down = spin.y * sin + spin.z * cos;
     [spin.x + pitch.tan() * down, spin.y * cos - spin.z * sin, down / pitch.cos().max(1e-3)]
 }
 
 /// Velocity of the point `arm` (main frame, m) from the unit, along and across the level x, m/s.
-pub fn velocity(state: &State, rate: &Vector3<f64>, arm: &Vector3<f64>) -> [f64; 2] {
+pub(super) fn velocity(state: &State, rate: &Vector3<f64>, arm: &Vector3<f64>) -> [f64; 2] {
     let frame = state.frame();
     let to_main = frame.inverse() * state.attitude;
     let spin = to_main * state.rate(rate);
@@ -52,7 +52,7 @@ pub fn velocity(state: &State, rate: &Vector3<f64>, arm: &Vector3<f64>) -> [f64;
 
 /// `velocity_x`, `velocity_y`, `acceleration_x`, `acceleration_y`, `roll`, `pitch`, `yaw`, `roll_rate`, `pitch_rate`,
 /// `yaw_rate` of the point `arm` (main frame, m) from the unit.
-pub fn outputs(state: &State, felt: &Felt, arm: &Vector3<f64>) -> [f64; OUTPUTS] {
+pub(super) fn outputs(state: &State, felt: &Felt, arm: &Vector3<f64>) -> [f64; OUTPUTS] {
     let frame = state.frame();
     let to_main = frame.inverse() * state.attitude;
     let spin = to_main * state.rate(&felt.rate);

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::backward::{Smoothed, smooth};
 use super::forward::{Begin, Problem, Stand};
 use super::jacobian::gradients;
-pub use super::level::OUTPUTS;
+pub(crate) use super::level::OUTPUTS;
 use super::level::outputs;
 use super::products::times;
 use super::state::{Covariance, DELAY, Errors, FORCE, GYRO, MOUNT, SCALE, State, THETA, V};
@@ -41,7 +41,7 @@ pub struct Level {
 }
 
 /// One pass with outputs, what [`super::run`] ends with; and the standard deviation of the delay, s.
-pub fn level(problem: &Problem<'_>, begin: &Begin, first: &Stand) -> (Smoothed, Level, f64) {
+pub(super) fn level(problem: &Problem<'_>, begin: &Begin, first: &Stand) -> (Smoothed, Level, f64) {
     let mut knots: Vec<(usize, [f64; OUTPUTS])> = Vec::new();
     let nodes = problem.nodes.len();
     let mut delay_sd = f64::NAN;

@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 
 /// `a b`.
-pub fn product<const R: usize, const K: usize, const C: usize>(
+pub(super) fn product<const R: usize, const K: usize, const C: usize>(
     a: &SMatrix<f64, R, K>,
     b: &SMatrix<f64, K, C>,
 ) -> SMatrix<f64, R, C> {
@@ -18,7 +18,7 @@ pub fn product<const R: usize, const K: usize, const C: usize>(
 }
 
 /// `a' b`.
-pub fn product_transposed<const R: usize, const K: usize, const C: usize>(
+pub(super) fn product_transposed<const R: usize, const K: usize, const C: usize>(
     a: &SMatrix<f64, K, R>,
     b: &SMatrix<f64, K, C>,
 ) -> SMatrix<f64, R, C> {
@@ -26,7 +26,7 @@ pub fn product_transposed<const R: usize, const K: usize, const C: usize>(
 }
 
 /// `m v`; of most slopes of a measurement few are not nil.
-pub fn times<const R: usize, const C: usize>(
+pub(super) fn times<const R: usize, const C: usize>(
     m: &SMatrix<f64, R, C>,
     v: &SVector<f64, C>,
 ) -> SVector<f64, R> {
@@ -40,7 +40,7 @@ pub fn times<const R: usize, const C: usize>(
 }
 
 /// Adds `factor x y'` to `m`.
-pub fn add_outer<const R: usize, const C: usize>(
+pub(super) fn add_outer<const R: usize, const C: usize>(
     m: &mut SMatrix<f64, R, C>,
     factor: f64,
     x: &SVector<f64, R>,

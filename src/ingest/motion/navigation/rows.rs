@@ -20,7 +20,7 @@ const WHEELBASE: f64 = 1.4;
 
 /// Where a measurement comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub(super) enum Source {
     /// The receiver's velocity.
     Velocity,
     /// The receiver's place.
@@ -35,11 +35,11 @@ pub enum Source {
 
 impl Source {
     /// Each once.
-    pub const ALL: [Source; 5] =
+    pub(super) const ALL: [Source; 5] =
         [Source::Velocity, Source::Place, Source::Wheels, Source::Lean, Source::Straight];
 
     /// Square of the largest innovation over its standard deviation.
-    pub fn gate(self) -> f64 {
+    pub(super) fn gate(self) -> f64 {
         match self {
             Source::Straight => 9.0,
             Source::Place | Source::Lean => 25.0,
@@ -48,7 +48,7 @@ impl Source {
     }
 
     /// For people.
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Source::Velocity => "satellite velocity",
             Source::Place => "satellite position",
@@ -61,7 +61,7 @@ impl Source {
 
 /// One measured number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measurement {
+pub(super) struct Measurement {
     /// What it is of.
     pub kind: Kind,
     /// The number.
@@ -80,7 +80,7 @@ pub struct Measurement {
 
 /// What a measured number is of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub(super) enum Kind {
     /// Antenna's velocity along a direction of the world.
     Along(Vector3<f64>),
     /// Antenna's horizontal speed.
@@ -101,7 +101,7 @@ pub enum Kind {
 
 impl Kind {
     /// Where it comes from.
-    pub fn source(self) -> Source {
+    pub(super) fn source(self) -> Source {
         match self {
             Kind::Along(_) | Kind::Speed => Source::Velocity,
             Kind::Place(_) => Source::Place,
@@ -152,7 +152,7 @@ impl Kind {
 
 impl Measurement {
     /// What the state says that it should be.
-    pub fn predicted(&self, state: &State) -> f64 {
+    pub(super) fn predicted(&self, state: &State) -> f64 {
         let ahead = self.ahead - state.other[DELAY];
         match self.kind {
             Kind::Along(direction) => direction.dot(&self.antenna(state, ahead)),
@@ -182,7 +182,7 @@ impl Measurement {
     }
 
     /// Measured less predicted, and the derivatives of the predicted.
-    pub fn innovation(&self, state: &State) -> (f64, Errors) {
+    pub(super) fn innovation(&self, state: &State) -> (f64, Errors) {
         let slopes = gradient(&|s| self.predicted(s), state, self.kind.parts());
         (self.value - self.predicted(state), slopes)
     }
@@ -222,7 +222,11 @@ fn turning(state: &State, rate: &Vector3<f64>) -> [f64; 2] {
 }
 
 /// What a state says of straight running: speed, forward acceleration, whether it is.
-pub fn running(state: &State, rate: &Vector3<f64>, force: &Vector3<f64>) -> (f64, f64, bool) {
+pub(super) fn running(
+    state: &State,
+    rate: &Vector3<f64>,
+    force: &Vector3<f64>,
+) -> (f64, f64, bool) {
     let frame = state.frame();
     let [roll, _] = roll_pitch(&frame);
     let [roll_rate, yaw_rate] = turning(state, rate);

@@ -3,44 +3,44 @@
 use nalgebra::{Rotation3, SMatrix, SVector, Vector3};
 
 /// Number of errors.
-pub const N: usize = 42;
+pub(crate) const N: usize = 42;
 /// Position of the unit as the receiver sees it, world, m.
-pub const P: usize = 0;
+pub(crate) const P: usize = 0;
 /// Velocity of the unit, world, m/s.
-pub const V: usize = 3;
+pub(crate) const V: usize = 3;
 /// Attitude, body axes, rad.
-pub const THETA: usize = 6;
+pub(crate) const THETA: usize = 6;
 /// Bias of the rates, rad/s.
-pub const GYRO: usize = 9;
+pub(crate) const GYRO: usize = 9;
 /// Bias of the specific forces, m/s².
-pub const FORCE: usize = 12;
+pub(crate) const FORCE: usize = 12;
 /// Scale and cross-axis errors of the rates, row by row.
-pub const SCALE: usize = 15;
+pub(crate) const SCALE: usize = 15;
 /// Antenna from the unit, body, m.
-pub const ANTENNA: usize = 24;
+pub(crate) const ANTENNA: usize = 24;
 /// Main frame from body, rad.
-pub const MOUNT: usize = 27;
+pub(crate) const MOUNT: usize = 27;
 /// Delay of the receiver beyond the one that epochs are placed by, s.
-pub const DELAY: usize = 30;
+pub(crate) const DELAY: usize = 30;
 /// Correlated error of the receiver's velocity, m/s.
-pub const DOPPLER: usize = 31;
+pub(crate) const DOPPLER: usize = 31;
 /// Logarithms of the rolling radii over the usual one, front and rear.
-pub const RADIUS: usize = 34;
+pub(crate) const RADIUS: usize = 34;
 /// Crown radii, front and rear, m.
-pub const CROWN: usize = 36;
+pub(crate) const CROWN: usize = 36;
 /// Error of the other sensor's lean, rad.
-pub const LEAN: usize = 38;
+pub(crate) const LEAN: usize = 38;
 /// Mean roll, pitch and side slip of straight running, rad: crosswind, road crown, a crabbing frame.
-pub const STRAIGHT: usize = 39;
+pub(crate) const STRAIGHT: usize = 39;
 
 /// One number per error.
-pub type Errors = SVector<f64, N>;
+pub(crate) type Errors = SVector<f64, N>;
 /// Covariance of the errors.
-pub type Covariance = SMatrix<f64, N, N>;
+pub(crate) type Covariance = SMatrix<f64, N, N>;
 
 /// Values from which errors count.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub(crate) struct State {
     /// Position, m.
     pub position: Vector3<f64>,
     /// Velocity, m/s.
@@ -53,7 +53,7 @@ pub struct State {
 
 impl State {
     /// At rest in the origin, everything else as is usual.
-    pub fn usual() -> Self {
+    pub(crate) fn usual() -> Self {
         let mut other = Errors::zeros();
         other[CROWN] = USUAL_CROWN[0];
         other[CROWN + 1] = USUAL_CROWN[1];
@@ -66,13 +66,13 @@ impl State {
     }
 
     /// Three of the other numbers.
-    pub fn three(&self, at: usize) -> Vector3<f64> {
+    pub(crate) fn three(&self, at: usize) -> Vector3<f64> {
         self.other.fixed_rows::<3>(at).into_owned()
     }
 
     /// The state with its errors taken out.
     #[must_use]
-    pub fn corrected(&self, errors: &Errors) -> Self {
+    pub(crate) fn corrected(&self, errors: &Errors) -> Self {
         let three = |at: usize| errors.fixed_rows::<3>(at).into_owned();
         let mut other = self.other;
         for i in GYRO..N {
@@ -87,35 +87,35 @@ impl State {
     }
 
     /// Body rate of a measured one.
-    pub fn rate(&self, measured: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn rate(&self, measured: &Vector3<f64>) -> Vector3<f64> {
         let w = measured - self.three(GYRO);
         let m = self.other.fixed_rows::<9>(SCALE);
         w - Vector3::from_fn(|i, _| (0..3).map(|j| m[3 * i + j] * w[j]).sum())
     }
 
     /// Specific force of a measured one, body axes.
-    pub fn force(&self, measured: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn force(&self, measured: &Vector3<f64>) -> Vector3<f64> {
         measured - self.three(FORCE)
     }
 
     /// Main frame to world.
-    pub fn frame(&self) -> Rotation3<f64> {
+    pub(crate) fn frame(&self) -> Rotation3<f64> {
         self.attitude * Rotation3::from_scaled_axis(self.three(MOUNT))
     }
 }
 
 /// Usual rolling radius, m.
-pub const USUAL_RADIUS: f64 = 0.31;
+pub(crate) const USUAL_RADIUS: f64 = 0.31;
 /// Usual crown radii, front and rear, m.
 const USUAL_CROWN: [f64; 2] = [0.06, 0.09];
 
 /// Correlation time of the receiver's velocity error, s.
-pub const DOPPLER_TIME: f64 = 2.0;
+pub(crate) const DOPPLER_TIME: f64 = 2.0;
 /// Correlation time of the other sensor's lean error, s.
-pub const LEAN_TIME: f64 = 30.0;
+pub(crate) const LEAN_TIME: f64 = 30.0;
 
 /// Standard deviations before the ride is looked at.
-pub fn prior() -> Errors {
+pub(crate) fn prior() -> Errors {
     let degree = 1_f64.to_radians();
     let mut sd = Errors::zeros();
     let mut put = |at: usize, values: &[f64]| {

@@ -14,11 +14,11 @@ use super::state::{
 use crate::GRAVITY;
 
 /// The rows of position, velocity and attitude of a transition.
-pub type Top = SMatrix<f64, 9, N>;
+pub(super) type Top = SMatrix<f64, 9, N>;
 
 /// A transition: `top` for the first nine errors, `decay` times itself for each other.
 #[derive(Debug, Clone)]
-pub struct Transition {
+pub(super) struct Transition {
     /// Rows of the first nine.
     pub top: Top,
     /// Of the others; the first nine are not used.
@@ -29,7 +29,7 @@ pub struct Transition {
 
 /// White noise of the unit, per sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
+pub(super) struct Noise {
     /// Of a rate, rad/s.
     pub rate: f64,
     /// Of a specific force, m/s².
@@ -46,12 +46,12 @@ const PLACE_WALK: [f64; 2] = [1.0, 30.0];
 const HEIGHT_WALK: [f64; 2] = [2.0, 30.0];
 
 /// Gravity in the world.
-pub fn gravity() -> Vector3<f64> {
+pub(super) fn gravity() -> Vector3<f64> {
     Vector3::new(0.0, 0.0, -GRAVITY)
 }
 
 /// One sample of the unit to the next, `dt` s later: rates and forces go evenly between.
-pub fn step(
+pub(super) fn step(
     state: &State,
     [w0, w1]: [&Vector3<f64>; 2],
     [f0, f1]: [&Vector3<f64>; 2],
@@ -71,7 +71,7 @@ pub fn step(
 
 /// The transition over `samples` samples of `dt` s that together turned the state `before` into `after`, with the
 /// mean measured rate and force between.
-pub fn transition(
+pub(super) fn transition(
     [before, after]: [&State; 2],
     w: &Vector3<f64>,
     f: &Vector3<f64>,
@@ -130,7 +130,7 @@ pub fn transition(
 }
 
 /// Forgets position, velocity and attitude, which are known anew with these standard deviations.
-pub fn forgetting(sd: &Errors) -> Transition {
+pub(super) fn forgetting(sd: &Errors) -> Transition {
     let mut added = Errors::zeros();
     for i in 0..9 {
         added[i] = sd[i].powi(2);
@@ -140,7 +140,7 @@ pub fn forgetting(sd: &Errors) -> Transition {
 
 impl Transition {
     /// The covariance a step later.
-    pub fn advance(&self, p: &mut Covariance) {
+    pub(super) fn advance(&self, p: &mut Covariance) {
         let rows = product(&self.top, p);
         let corner = product(&rows, &self.top.transpose());
         for j in 9..N {
@@ -160,7 +160,7 @@ impl Transition {
     }
 
     /// What follows from later measurements, a step earlier: `F' l` and `F' L F`.
-    pub fn back(&self, vector: &mut Errors, matrix: &mut Covariance) {
+    pub(super) fn back(&self, vector: &mut Errors, matrix: &mut Covariance) {
         let from_top = product_transposed(&self.top, &vector.fixed_rows::<9>(0).into_owned());
         for i in 0..N {
             let own = if i < 9 { 0.0 } else { self.decay[i] * vector[i] };

@@ -4,8 +4,8 @@
 //! Algorithms*, chapters 7 and 9), with joints that may be free, or follow a given acceleration
 //! (locked joints, a rider's lean). No allocation after the tree is built.
 
-pub mod spatial;
-pub mod tree;
+pub(crate) mod spatial;
+pub(crate) mod tree;
 
-pub use spatial::{Articulated, Force, Motion, Rigid};
-pub use tree::{Body, Joint, Tree, Work};
+pub(crate) use spatial::{Articulated, Force, Motion, Rigid};
+pub(crate) use tree::{Body, Joint, Tree, Work};

@@ -6,28 +6,28 @@
 use nalgebra::{Cholesky, Matrix3, Matrix6, Vector3, Vector6};
 
 /// Cross-product matrix: `skew(a) b = a x b`.
-pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
+pub(crate) fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
 /// `m v`. Written out, as the next two, with the same order of sums: nalgebra's own goes through strided loops that are not
 /// unrolled, a third of a simulation's time.
 #[inline]
-pub fn times(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn times(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let row = |r: usize| m[(r, 0)] * v.x + m[(r, 1)] * v.y + m[(r, 2)] * v.z;
     Vector3::new(row(0), row(1), row(2))
 }
 
 /// `m' v`.
 #[inline]
-pub fn times_transposed(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn times_transposed(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let column = |c: usize| m[(0, c)] * v.x + m[(1, c)] * v.y + m[(2, c)] * v.z;
     Vector3::new(column(0), column(1), column(2))
 }
 
 /// `a b`.
 #[inline]
-pub fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| a[(r, 0)] * b[(0, c)] + a[(r, 1)] * b[(1, c)] + a[(r, 2)] * b[(2, c)])
 }
 
@@ -184,7 +184,7 @@ impl Rigid {
 
 /// Articulated inertia: moment `= i w + h v`, force `= h' w + m v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Articulated {
+pub(crate) struct Articulated {
     /// Angular block, symmetric.
     pub i: Matrix3<f64>,
     /// Coupling block.
@@ -205,7 +205,7 @@ impl From<&Rigid> for Articulated {
 
 impl Articulated {
     /// Force that gives an acceleration.
-    pub fn apply(&self, a: &Motion) -> Force {
+    pub(crate) fn apply(&self, a: &Motion) -> Force {
         Force {
             moment: times(&self.i, &a.angular) + times(&self.h, &a.linear),
             force: times_transposed(&self.h, &a.angular) + times(&self.m, &a.linear),
@@ -213,7 +213,7 @@ impl Articulated {
     }
 
     /// `self - u u' / d`: what is left when a joint gives way.
-    pub fn less(&self, u: &Force, d: f64) -> Self {
+    pub(crate) fn less(&self, u: &Force, d: f64) -> Self {
         let k = 1.0 / d;
         Articulated {
             i: self.i - outer(&u.moment, &u.moment) * k,
@@ -223,14 +223,14 @@ impl Articulated {
     }
 
     /// In axes that `rotation` leads to.
-    pub fn turned(&self, rotation: &Matrix3<f64>) -> Self {
+    pub(crate) fn turned(&self, rotation: &Matrix3<f64>) -> Self {
         let back = rotation.transpose();
         let turn = |x: &Matrix3<f64>| product(&product(rotation, x), &back);
         Articulated { i: turn(&self.i), h: turn(&self.h), m: turn(&self.m) }
     }
 
     /// Adds a child's inertia in parallel axes, its origin at `r`.
-    pub fn add_child(&mut self, child: &Articulated, r: &Vector3<f64>) {
+    pub(crate) fn add_child(&mut self, child: &Articulated, r: &Vector3<f64>) {
         let rx = skew(r);
         let rm = product(&rx, &child.m);
         let hr = product(&child.h, &rx);
@@ -240,7 +240,7 @@ impl Articulated {
     }
 
     /// Acceleration under a force; `None` when the inertia is singular.
-    pub fn solve(&self, f: &Force) -> Option<Motion> {
+    pub(crate) fn solve(&self, f: &Force) -> Option<Motion> {
         let mut a = Matrix6::zeros();
         a.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.i);
         a.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.h);

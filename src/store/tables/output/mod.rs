@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use walkdir::WalkDir;
 
 use self::target::{Target, target, what_is};
-pub use self::target::{write, write_rows};
+pub(crate) use self::target::{write, write_rows};
 use super::registry;
 use crate::store::objects::Location;
 use crate::store::objects::replace::{folder_of, same_file};
@@ -47,7 +47,7 @@ pub enum Refusal {
 
 /// The paths of one command that it writes at the user's word.
 #[derive(Debug, Default)]
-pub struct Outputs {
+pub(crate) struct Outputs {
     /// Folders of tables, the command's own: what they hold may not be there yet.
     tables: Vec<PathBuf>,
     files: Vec<Given>,
@@ -66,7 +66,7 @@ struct Given {
 
 impl Outputs {
     /// A folder with tables of the command: no other path may lie among them.
-    pub fn tables(&mut self, out: &Location) {
+    pub(crate) fn tables(&mut self, out: &Location) {
         self.tables.extend(out.absolute().as_path().map(Path::to_owned));
     }
 
@@ -74,7 +74,11 @@ impl Outputs {
     ///
     /// # Errors
     /// There is something else, it cannot be made or not be written to, or it lies among tables.
-    pub fn folder(&mut self, option: &str, at: &Location) -> std::result::Result<(), Refusal> {
+    pub(crate) fn folder(
+        &mut self,
+        option: &str,
+        at: &Location,
+    ) -> std::result::Result<(), Refusal> {
         let Some(path) = at.as_path() else { return Ok(()) };
         let named = format!("{option} {at}");
         let wrong = |what: &str| Refusal::Wrong(format!("{named} {what}; a folder is needed"));
@@ -99,7 +103,7 @@ impl Outputs {
     ///
     /// # Errors
     /// It cannot be written, is what no file can be, lies among tables, or is that of another option.
-    pub fn file(&mut self, option: &str, at: &Location) -> std::result::Result<(), Refusal> {
+    pub(crate) fn file(&mut self, option: &str, at: &Location) -> std::result::Result<(), Refusal> {
         let named = format!("{option} {at}");
         let (place, there) = match at.as_path() {
             None => (Some(at.clone()), None),
@@ -136,7 +140,7 @@ impl Outputs {
     ///
     /// # Errors
     /// One of them is an input.
-    pub fn apart_from<'a>(
+    pub(crate) fn apart_from<'a>(
         &self,
         inputs: impl IntoIterator<Item = &'a Location>,
     ) -> std::result::Result<(), Refusal> {
@@ -165,7 +169,7 @@ impl Outputs {
     ///
     /// # Errors
     /// One of them is an input.
-    pub fn apart_from_files(
+    pub(crate) fn apart_from_files(
         &self,
         inputs: impl IntoIterator<Item = impl AsRef<Path>>,
     ) -> std::result::Result<(), Refusal> {
@@ -250,7 +254,7 @@ impl Given {
 }
 
 /// Whether a folder is what `run` or `diagnose` wrote.
-pub fn is_output(folder: &Path) -> bool {
+pub(crate) fn is_output(folder: &Path) -> bool {
     [registry::LOCK, registry::OWN].iter().any(|mark| folder.join(mark).exists())
 }
 

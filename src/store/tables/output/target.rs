@@ -119,7 +119,7 @@ fn printed(_: &Metadata) -> Option<Printed> {
 ///
 /// # Errors
 /// It cannot be written.
-pub fn write(to: impl Into<Location>, bytes: &[u8]) -> std::result::Result<(), file::Error> {
+pub(crate) fn write(to: impl Into<Location>, bytes: &[u8]) -> std::result::Result<(), file::Error> {
     let to = to.into();
     let Location::Local(path) = &to else { return file::write_bytes(to, bytes) };
     let written = match target(path) {
@@ -136,7 +136,7 @@ pub fn write(to: impl Into<Location>, bytes: &[u8]) -> std::result::Result<(), f
 ///
 /// # Errors
 /// As [`write()`], or a row does not fit its schema.
-pub fn write_rows<R: registry::Row>(
+pub(crate) fn write_rows<R: registry::Row>(
     to: impl Into<Location>,
     rows: &[R],
 ) -> std::result::Result<(), file::Error> {

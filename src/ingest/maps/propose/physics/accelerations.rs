@@ -25,7 +25,7 @@ struct Seat {
 }
 
 /// Finds forward and lateral acceleration.
-pub fn accelerations(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+pub(super) fn accelerations(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     let seats = seats(log, motion, out);
     let seat = |place: usize| {
         let family = log.axis(place)?.0;

@@ -25,7 +25,7 @@ const IDLE: f64 = 0.05;
 const GEARED: f64 = 0.7;
 
 /// Finds what the rider does.
-pub fn controls(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+pub(super) fn controls(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     let named = revolutions(log, out).next();
     let engine = engine(log, motion, out);
     gear(log, engine.as_ref(), motion, out);
@@ -385,7 +385,7 @@ fn pressure(
 }
 
 /// The rear pressure's unit is the front's, once that is known.
-pub fn same_pressure_unit(out: &mut Verdicts) {
+pub(super) fn same_pressure_unit(out: &mut Verdicts) {
     let front = out.entries.iter().find(|e| e.channel == Channel::BrakePressureFront).cloned();
     let Some(rear) =
         out.entries.iter_mut().find(|e| e.channel == Channel::BrakePressureRear && e.unit == "?")
@@ -415,7 +415,7 @@ pub fn same_pressure_unit(out: &mut Verdicts) {
 }
 
 /// Fork and shock by name and unit; the fork dives under braking.
-pub fn travel(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+pub(super) fn travel(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     let pull = mean(&motion.pull, 5);
     for column in [Channel::ForkTravel, Channel::ShockTravel] {
         for place in log.named(column) {

@@ -14,7 +14,7 @@ const AGREES: f64 = 0.6;
 
 /// A delay and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Delay {
+pub(super) struct Delay {
     /// s; positive where the channel is later than the reference.
     pub value: f64,
     /// Standard error, s.
@@ -25,7 +25,7 @@ pub struct Delay {
 
 /// The delay of `channel` after `reference`, both such that only their shape counts; `None` where they do not agree
 /// at any lag or do not change.
-pub fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
+pub(super) fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
     let most = (LONGEST * RATE) as i64;
     let n = reference.len().min(channel.len());
     let (whole, r) = peak(&reference[..n], &channel[..n], -most, most)?;
@@ -56,7 +56,7 @@ pub fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
 }
 
 /// A standard error of a delay, s: as much as two halves of the log are apart, and not less than `least`.
-pub fn halves_error(halves: [Option<f64>; 2], least: f64) -> f64 {
+pub(super) fn halves_error(halves: [Option<f64>; 2], least: f64) -> f64 {
     match halves {
         [Some(a), Some(b)] => least.max(0.5 * (a - b).abs()),
         // a half that does not tell is no witness

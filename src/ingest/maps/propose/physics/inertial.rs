@@ -35,7 +35,7 @@ struct Triple {
 }
 
 /// Drafts the six channels of a unit that leans with the frame or is turned in it, where the log has no measured lean.
-pub fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+pub(super) fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     let Some(turn) = &motion.turn else { return };
     if out.sure(Channel::Roll).is_some() || out.sure(Channel::VelocityX).is_none() {
         return;

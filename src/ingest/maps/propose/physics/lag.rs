@@ -36,7 +36,7 @@ const FINE: i64 = 4;
 const HUBER: f64 = 2.0;
 
 /// A wheel's speed and what its slip goes with, all on the same clock.
-pub struct Wheel<'a> {
+pub(super) struct Wheel<'a> {
     /// Speed by the wheel's spin, m/s.
     pub speed: &'a [f64],
     /// Forward acceleration, m/s².
@@ -50,7 +50,7 @@ pub struct Wheel<'a> {
 /// The delay of a speed over ground (m/s) after a wheel's; `None` where they do not go together.
 ///
 /// Its error covers what the halves of the log say by themselves.
-pub fn lag(wheel: &Wheel<'_>, speed: &[f64]) -> Option<Delay> {
+pub(super) fn lag(wheel: &Wheel<'_>, speed: &[f64]) -> Option<Delay> {
     let range = if wheel.driven { DRIVEN } else { FREE };
     let keep = |i: usize| wheel.speed[i] > 5.0 && range.contains(&wheel.acceleration[i]);
     let terms = terms(wheel);
@@ -87,7 +87,11 @@ fn terms(wheel: &Wheel<'_>) -> Vec<Vec<f64>> {
 /// The lag of least squares of `y(t + lag)` on the terms, s, and how much they explain, as a correlation.
 ///
 /// `keep` says which points of the terms count.
-pub fn lowest(terms: &[Vec<f64>], y: &[f64], keep: impl Fn(usize) -> bool) -> Option<(f64, f64)> {
+pub(super) fn lowest(
+    terms: &[Vec<f64>],
+    y: &[f64],
+    keep: impl Fn(usize) -> bool,
+) -> Option<(f64, f64)> {
     let rows: Vec<usize> =
         (0..y.len()).filter(|&i| keep(i) && terms.iter().all(|t| t[i].is_finite())).collect();
     let most = (LONGEST * RATE) as i64;
@@ -180,7 +184,7 @@ impl Fit {
 
 /// An engine's speed as that of the rear wheel: divided by the ratios that it keeps to the speed.
 #[derive(Debug)]
-pub struct Gearing {
+pub(super) struct Gearing {
     /// Engine speed (the log's unit) per m/s, the shortest gear first.
     pub ratios: Vec<f64>,
     /// Share of the time in which one of them holds.
@@ -195,7 +199,7 @@ const NEAR: f64 = 0.035;
 const BIN: f64 = 0.01;
 
 /// The few ratios that a channel keeps to the speed, if it does.
-pub fn gearing(engine: &[f64], v: &[f64]) -> Option<Gearing> {
+pub(super) fn gearing(engine: &[f64], v: &[f64]) -> Option<Gearing> {
     let log: Vec<f64> = engine
         .iter()
         .zip(v)

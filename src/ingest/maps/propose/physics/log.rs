@@ -8,7 +8,7 @@ use crate::ingest::maps::units;
 use crate::ingest::raw::Column;
 
 /// A log as the motion judges it.
-pub struct Log<'a> {
+pub(crate) struct Log<'a> {
     pub(crate) channels: &'a [SourceChannel],
     /// As many as channels; `None` where there is no number.
     pub(crate) signals: Vec<Option<Signal>>,
@@ -19,14 +19,14 @@ pub struct Log<'a> {
 
 impl<'a> Log<'a> {
     /// Without samples yet.
-    pub fn new(channels: &'a [SourceChannel], clock: Clock) -> Self {
+    pub(crate) fn new(channels: &'a [SourceChannel], clock: Clock) -> Self {
         let words = channels.iter().map(|c| words(units::of_name(&c.name).0)).collect();
         Log { channels, signals: channels.iter().map(|_| None).collect(), words, clock }
     }
 
     /// Takes the samples of a channel, without those that its name says are none: positions before the first fix, a
     /// speed that is suddenly zero.
-    pub fn put(&mut self, place: usize, column: &Column) {
+    pub(crate) fn put(&mut self, place: usize, column: &Column) {
         use Channel::*;
         let named = |columns: &[Channel]| columns.iter().any(|c| self.score(place, *c).is_some());
         let there: Option<Vec<bool>> = if named(&[Latitude, Longitude]) {
@@ -53,22 +53,22 @@ impl<'a> Log<'a> {
     }
 
     /// A channel's samples on the common clock; none of a channel without numbers.
-    pub fn x(&self, place: usize) -> &[f64] {
+    pub(crate) fn x(&self, place: usize) -> &[f64] {
         self.signals[place].as_ref().map_or(&[], |s| &s.x)
     }
 
     /// A channel that changes.
-    pub fn live(&self, place: usize) -> Option<&Signal> {
+    pub(crate) fn live(&self, place: usize) -> Option<&Signal> {
         self.signals[place].as_ref().filter(|s| !s.constant())
     }
 
     /// Name and group of a channel, for people.
-    pub fn name(&self, place: usize) -> String {
+    pub(crate) fn name(&self, place: usize) -> String {
         self.channels[place].full()
     }
 
     /// How many words of a channel's name are those of a column; `None` if it is not meant.
-    pub fn score(&self, place: usize, channel: Channel) -> Option<usize> {
+    pub(crate) fn score(&self, place: usize, channel: Channel) -> Option<usize> {
         if self.channels[place].name == channel.name() {
             return Some(100);
         }
@@ -76,7 +76,7 @@ impl<'a> Log<'a> {
     }
 
     /// Channels that are named like a column and change, the best name first.
-    pub fn named(&self, channel: Channel) -> Vec<usize> {
+    pub(crate) fn named(&self, channel: Channel) -> Vec<usize> {
         let scored = |i: usize| Some((self.score(i, channel)?, i));
         let live = (0..self.channels.len()).filter(|i| self.live(*i).is_some());
         let mut found: Vec<(usize, usize)> = live.filter_map(scored).collect();
@@ -85,29 +85,29 @@ impl<'a> Log<'a> {
     }
 
     /// Whether a name is like that of any column.
-    pub fn is_named(&self, place: usize) -> bool {
+    pub(crate) fn is_named(&self, place: usize) -> bool {
         RULES.iter().any(|r| self.score(place, r.channel).is_some())
     }
 
     /// Whether a word is in a channel's name.
-    pub fn has_word(&self, place: usize, word: &str) -> bool {
+    pub(crate) fn has_word(&self, place: usize, word: &str) -> bool {
         self.words[place].iter().any(|w| w == word)
     }
 
     /// A channel's unit by the log, if it is known and measures that.
-    pub fn unit(&self, place: usize, dimension: &str) -> Option<&str> {
+    pub(crate) fn unit(&self, place: usize, dimension: &str) -> Option<&str> {
         let unit = self.channels[place].unit.as_deref()?.trim();
         (units::dimension(unit) == Some(dimension)).then_some(unit)
     }
 
     /// Whether the log gives a unit that measures something else.
-    pub fn of_other_dimension(&self, place: usize, dimensions: &[&str]) -> bool {
+    pub(crate) fn of_other_dimension(&self, place: usize, dimensions: &[&str]) -> bool {
         let unit = self.channels[place].unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
         unit.and_then(units::dimension).is_some_and(|d| !dimensions.contains(&d))
     }
 
     /// What three channels of one sensor have in common: the name without its axis, and the axis.
-    pub fn axis(&self, place: usize) -> Option<(String, char)> {
+    pub(crate) fn axis(&self, place: usize) -> Option<(String, char)> {
         let words = &self.words[place];
         let found = words.iter().find_map(|w| axis_of(w))?.0;
         let rest: Vec<&str> =
@@ -162,7 +162,7 @@ fn axis_of(word: &str) -> Option<(char, Option<&str>)> {
 
 /// A unit by the motion, and whether the log's word contradicts it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unit {
+pub(super) struct Unit {
     pub name: String,
     /// What the log says instead.
     pub not: Option<String>,
@@ -170,7 +170,13 @@ pub struct Unit {
 
 /// The unit in which `slope` units are one of `si`: the log's if it fits within `near` (relative), else the nearest
 /// of `units`.
-pub fn unit_of(own: Option<&str>, si: &str, units: &[&str], slope: f64, near: f64) -> Option<Unit> {
+pub(super) fn unit_of(
+    own: Option<&str>,
+    si: &str,
+    units: &[&str],
+    slope: f64,
+    near: f64,
+) -> Option<Unit> {
     let off = |unit: &str| {
         let factor = units::conversion(si, unit).ok()?.factor;
         Some((slope.abs() / factor).ln().abs())

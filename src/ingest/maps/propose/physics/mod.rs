@@ -23,15 +23,15 @@ mod signal;
 mod speeds;
 mod throttle;
 mod turning;
-pub mod verdict;
+pub(crate) mod verdict;
 
 use crate::contract::channel::Channel;
 
-pub use self::log::Log;
-pub use self::signal::Clock;
-pub use self::speeds::RADIUS;
+pub(crate) use self::log::Log;
+pub(crate) use self::signal::Clock;
+pub(crate) use self::speeds::RADIUS;
 use self::verdict::FAR;
-pub use self::verdict::{Verdict, Verdicts};
+pub(crate) use self::verdict::{Verdict, Verdicts};
 
 /// Delays below this are not written, s, ...
 const LATE: f64 = 0.015;
@@ -47,7 +47,7 @@ const RECEIVER: f64 = 0.12;
 /// Judges a log whose samples were put in.
 ///
 /// `radii` are those of the bike file, front and rear, m.
-pub fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
+pub(crate) fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
     let mut out = Verdicts::default();
     rest::still(log, &mut out);
     match speeds::speeds(log, radii, &mut out) {

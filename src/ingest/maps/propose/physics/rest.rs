@@ -11,7 +11,7 @@ use crate::contract::channel::Channel;
 const SAME: f64 = 0.985;
 
 /// Channels that hold nothing, one number, or a flag.
-pub fn still(log: &Log<'_>, out: &mut Verdicts) {
+pub(super) fn still(log: &Log<'_>, out: &mut Verdicts) {
     for (place, signal) in log.signals.iter().enumerate() {
         match signal {
             None => out.left.push((place, "it holds no number".into())),
@@ -28,7 +28,7 @@ pub fn still(log: &Log<'_>, out: &mut Verdicts) {
 }
 
 /// Columns by name and unit alone, and what the channels are that are still without a word.
-pub fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+pub(super) fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     use Channel::*;
     for (column, dimension) in [
         (VelocityY, "speed"),

@@ -6,7 +6,7 @@ use crate::ingest::raw::Column;
 use crate::statistics::order;
 
 /// Rate of the common clock, Hz.
-pub const RATE: f64 = 20.0;
+pub(super) const RATE: f64 = 20.0;
 /// Most points of the common clock: 40 minutes.
 const MOST: usize = 48_000;
 /// Usual steps between samples that are bridged, ...
@@ -16,7 +16,7 @@ const BRIDGE: f64 = 0.35;
 
 /// The common clock.
 #[derive(Debug, Clone, Copy)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// Its first point, s.
     pub start: f64,
     /// Points.
@@ -25,7 +25,7 @@ pub struct Clock {
 
 impl Clock {
     /// The clock of logs between two times, s.
-    pub fn between(start: f64, end: f64) -> Self {
+    pub(crate) fn between(start: f64, end: f64) -> Self {
         let len = ((end - start) * RATE).max(0.0).min(MOST as f64) as usize;
         Clock { start, len }
     }
@@ -33,7 +33,7 @@ impl Clock {
 
 /// A channel on the common clock.
 #[derive(Debug, Clone)]
-pub struct Signal {
+pub(crate) struct Signal {
     /// By point of the clock, in the log's unit; NaN where there is none.
     pub x: Vec<f64>,
     /// Smallest and largest sample.
@@ -48,7 +48,7 @@ pub struct Signal {
 
 impl Signal {
     /// Of a channel's samples; `None` where it holds no number.
-    pub fn of(column: &Column, clock: Clock) -> Option<Self> {
+    pub(crate) fn of(column: &Column, clock: Clock) -> Option<Self> {
         let mut stamps: Vec<(f64, f64)> = Vec::with_capacity(column.values.len());
         for (&t, &x) in column.time.iter().zip(&column.values) {
             let later = stamps.last().is_none_or(|last| t > last.0);
@@ -69,7 +69,7 @@ impl Signal {
     }
 
     /// Whether it never changes.
-    pub fn constant(&self) -> bool {
+    pub(crate) fn constant(&self) -> bool {
         self.distinct < 2
     }
 }
@@ -107,7 +107,7 @@ fn placed(stamps: &[(f64, f64)], clock: Clock) -> Vec<f64> {
 
 /// Mean over `half` points either side (the outermost count half), NaN where one is missing: of a rate it is the
 /// change of its integral over that time.
-pub fn mean(x: &[f64], half: usize) -> Vec<f64> {
+pub(super) fn mean(x: &[f64], half: usize) -> Vec<f64> {
     let (mut sums, mut missing) = (vec![0.0; x.len() + 1], vec![0_u32; x.len() + 1]);
     for (i, v) in x.iter().enumerate() {
         sums[i + 1] = sums[i] + if v.is_finite() { *v } else { 0.0 };
@@ -124,7 +124,7 @@ pub fn mean(x: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// Rate of change over `half` points either side, per second; NaN where one is missing.
-pub fn change(x: &[f64], half: usize) -> Vec<f64> {
+pub(super) fn change(x: &[f64], half: usize) -> Vec<f64> {
     let at = |i: usize| match (i.checked_sub(half).map(|a| x[a]), x.get(i + half)) {
         (Some(a), Some(b)) => (b - a) * RATE / (2 * half) as f64,
         _ => f64::NAN,
@@ -133,7 +133,7 @@ pub fn change(x: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// The same, `delay` (s) earlier: what a channel would have been without its delay.
-pub fn earlier(x: &[f64], delay: f64) -> Vec<f64> {
+pub(super) fn earlier(x: &[f64], delay: f64) -> Vec<f64> {
     if delay == 0.0 {
         return x.to_vec();
     }
@@ -153,7 +153,7 @@ pub fn earlier(x: &[f64], delay: f64) -> Vec<f64> {
 }
 
 /// An angle without the jumps of a circle.
-pub fn unwrapped(x: &[f64], circle: f64) -> Vec<f64> {
+pub(super) fn unwrapped(x: &[f64], circle: f64) -> Vec<f64> {
     let (mut turns, mut last) = (0.0, f64::NAN);
     x.iter()
         .map(|&v| {
@@ -170,7 +170,7 @@ pub fn unwrapped(x: &[f64], circle: f64) -> Vec<f64> {
 
 /// A straight line through points, those far off it left out of slope and offset.
 #[derive(Debug, Clone, Copy)]
-pub struct Line {
+pub(super) struct Line {
     pub slope: f64,
     pub offset: f64,
     /// Correlation, all points.
@@ -183,7 +183,7 @@ pub struct Line {
 const FEWEST: usize = 200;
 
 /// `y = slope x + offset` over the points where both are numbers; `None` of fewer than 10 s, or where one is constant.
-pub fn line(x: &[f64], y: &[f64]) -> Option<Line> {
+pub(super) fn line(x: &[f64], y: &[f64]) -> Option<Line> {
     let points: Vec<(f64, f64)> = x
         .iter()
         .zip(y)
@@ -223,18 +223,18 @@ fn least_squares(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
 }
 
 /// `x` where a condition holds, NaN elsewhere.
-pub fn masked(x: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
+pub(super) fn masked(x: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
     x.iter().enumerate().map(|(i, v)| if keep(i) { *v } else { f64::NAN }).collect()
 }
 
 /// The value below which a share of the finite ones lies; NaN where there are none.
-pub fn quantile(x: &[f64], share: f64) -> f64 {
+pub(super) fn quantile(x: &[f64], share: f64) -> f64 {
     order::quantile(&mut order::finite(x.iter().copied()), share).unwrap_or(f64::NAN)
 }
 
 /// Coefficients of `y` on some columns by least squares, and their standard errors; `None` of too few points, or
 /// where the columns say the same. Neighbouring points are not independent: they count as a tenth.
-pub fn regression(
+pub(super) fn regression(
     columns: &[Vec<f64>],
     y: &[f64],
     keep: impl Fn(usize) -> bool,

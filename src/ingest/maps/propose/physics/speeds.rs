@@ -10,9 +10,9 @@ use crate::contract::channel::Channel;
 use crate::ingest::maps::units;
 
 /// Half of the time over which positions give a speed, points: 0.5 s.
-pub const SPAN: usize = 10;
+pub(super) const SPAN: usize = 10;
 /// Above this the bike moves, m/s.
-pub const MOVING: f64 = 3.0;
+pub(super) const MOVING: f64 = 3.0;
 /// Least correlation with the speed of a channel that is a speed.
 const ALIKE: f64 = 0.97;
 /// The same of a channel that is named like a wheel: wheels slip.
@@ -37,7 +37,7 @@ const OFF: f64 = 0.1;
 const COPY: f64 = 0.12;
 
 /// Where the log says it was.
-pub struct Position {
+pub(super) struct Position {
     pub places: [usize; 2],
     /// Speed over ground, m/s, over a second.
     pub speed: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct Position {
 
 /// A channel that is a speed.
 #[derive(Debug, Clone)]
-pub struct Speed {
+pub(super) struct Speed {
     pub place: usize,
     /// The log's numbers per m/s.
     pub slope: f64,
@@ -55,7 +55,7 @@ pub struct Speed {
 }
 
 /// The motion that every other channel is held against, on the clock of the wheels, or of the speed without wheels.
-pub struct Motion {
+pub(super) struct Motion {
     /// m/s.
     pub speed: Vec<f64>,
     /// Speed over ground, m/s: the receiver's without its delay where the log has one. The same as `speed` without wheels.
@@ -78,7 +78,7 @@ pub struct Motion {
 }
 
 /// Position from latitude and longitude, if the log has them in degrees.
-pub fn position(log: &Log<'_>) -> Option<Position> {
+pub(super) fn position(log: &Log<'_>) -> Option<Position> {
     let lat = *log.named(Channel::Latitude).first()?;
     let lon = *log.named(Channel::Longitude).first()?;
     let degrees = |place: usize| {
@@ -156,7 +156,7 @@ fn is_wheel(log: &Log<'_>, place: usize) -> bool {
 }
 
 /// Speed over ground and wheels, and what everything else is held against; `None` where the log has no speed.
-pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
+pub(super) fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
     let position = position(log);
     let (reference, from) = match &position {
         Some(p) => (p.speed.clone(), "speed over ground from the position".to_owned()),
@@ -217,7 +217,7 @@ pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Opt
 
 impl Motion {
     /// The delay of a speed over ground, a mean over a second, after the wheels, apart from slip.
-    pub fn after_wheels(&self, speed: &[f64]) -> Option<Delay> {
+    pub(super) fn after_wheels(&self, speed: &[f64]) -> Option<Delay> {
         let (k, wheel) = match &self.wheels {
             [Some(w), _] => (0, w),
             [None, Some(w)] => (1, w),
@@ -433,7 +433,7 @@ fn with_radius(verdict: Verdict, unit: &Unit, speed: &Speed, radius: Option<f64>
 }
 
 /// The doubt that only a radius takes away.
-pub const RADIUS: &str =
+pub(crate) const RADIUS: &str =
     "a speed: with which radius did the logger compute it? put it in, or give --bike";
 
 /// Speed over ground among the speeds.

@@ -40,7 +40,7 @@ const SLOWEST: f64 = 8.0;
 type Engine = (Option<usize>, Option<Delay>);
 
 /// Finds the throttle.
-pub fn throttle(log: &Log<'_>, motion: &Motion, engine: Engine, out: &mut Verdicts) {
+pub(super) fn throttle(log: &Log<'_>, motion: &Motion, engine: Engine, out: &mut Verdicts) {
     let pull = mean(&motion.pull, 2);
     for place in log.named(Channel::Throttle) {
         let Some(signal) = log.live(place) else { continue };

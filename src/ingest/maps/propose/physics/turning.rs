@@ -15,7 +15,7 @@ use crate::ingest::maps::units;
 use crate::statistics::order;
 
 const ANGLES: [&str; 2] = ["deg", "rad"];
-pub const RATES: [&str; 2] = ["deg/s", "rad/s"];
+pub(super) const RATES: [&str; 2] = ["deg/s", "rad/s"];
 /// A motorcycle leans by this much more than its centre of mass would have to: tyres are wide.
 const TYRES: f64 = 1.08;
 /// Bends that tell whether a gyroscope leans with the bike, rad of lean.
@@ -25,7 +25,7 @@ const BY_POSITION: f64 = 0.08;
 /// A gyroscope is taken to be late only beyond so many standard errors: boxes seldom are.
 const FAR: f64 = 4.0;
 /// The frame leans and yaws before the path of a receiver turns, by about this, s.
-pub const LEADS: f64 = 0.02;
+pub(super) const LEADS: f64 = 0.02;
 /// A lean that follows from speed and turn within this share of its size is calculated.
 const TOO_PERFECT: f64 = 0.045;
 /// ... and is as large within this: tyres are wide, and a measured lean is 2.5 to 7 % larger.
@@ -39,7 +39,7 @@ const SAME: f64 = 0.98;
 const FINE: f64 = 0.002;
 
 /// Finds what turns; gives the motion its rate of turn.
-pub fn turning(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
+pub(super) fn turning(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
     let receiver = motion.receiver;
     if let Some(position) = &motion.position {
         let late = motion.after_wheels(&position.speed);
@@ -182,7 +182,7 @@ fn jumps_out(x: &[f64]) -> Vec<f64> {
 }
 
 /// A gyroscope about the vertical, or about the frame's own.
-pub struct Gyro {
+pub(super) struct Gyro {
     /// rad/s, to the left, over a second.
     rate: Vec<f64>,
     /// Whether it leans with the frame.
@@ -528,7 +528,7 @@ fn roll_rate(log: &Log<'_>, lean: Option<&[f64]>, gyro: Option<&Gyro>, out: &mut
 }
 
 /// An entry that only its name and unit speak for.
-pub fn by_name(log: &Log<'_>, column: Channel, place: usize, dimension: &str) -> Verdict {
+pub(super) fn by_name(log: &Log<'_>, column: Channel, place: usize, dimension: &str) -> Verdict {
     let own = log.unit(place, dimension);
     let v = Verdict::new(column, place, own.unwrap_or("?"));
     match own {

@@ -3,7 +3,7 @@
 use crate::contract::channel::Channel;
 
 /// Of a channel that is the column for sure, but whose delay shows too badly to be put in force.
-pub const UNTIMED: &str =
+pub(crate) const UNTIMED: &str =
     "how late it is shows too badly in this log; with a `delay` that you know it is right";
 
 /// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
