@@ -33,5 +33,4 @@ pub(crate) mod workers;
 pub(crate) use error::Error;
 pub(crate) use jobs::work::Work;
 pub(crate) use settings::{Maps, Settings};
-pub(crate) use workers::scheduler::{Accounts, Intended};
 pub(crate) use workers::watch::{Finished, State, Watch};

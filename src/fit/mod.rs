@@ -29,6 +29,6 @@ pub(crate) mod variation;
 pub(crate) mod verdict;
 pub(crate) mod wheel_scale;
 
-pub(crate) use config::{Config, FrictionConfig};
+pub(crate) use config::Config;
 pub(crate) use data::Data;
 pub(crate) use solution::Solution;

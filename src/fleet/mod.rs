@@ -34,5 +34,5 @@ mod slopes;
 pub(crate) mod threshold;
 pub(crate) mod tyres;
 
-pub(crate) use analysis::{BikeAnalysis, Series, analyse};
+pub(crate) use analysis::{BikeAnalysis, analyse};
 pub(crate) use observation::Observation;

@@ -29,15 +29,13 @@ mod session_schema;
 mod warning;
 pub(crate) mod write;
 
-pub(crate) use checks::switches::{CHECKS, Check, Effect, Switches};
 pub(crate) use checks::{check, look};
 pub(crate) use clock::extent::extent;
 pub(crate) use config::Config;
-pub(crate) use error::{CHANGED, DAMAGED, Error, UNREACHABLE, UNREADABLE};
+pub(crate) use error::{CHANGED, Error, UNREACHABLE, UNREADABLE};
 pub(crate) use formats::detect::format_of;
-pub(crate) use formats::table::read_table;
-pub(crate) use raw::{Column, Identified, Imu, Raw, Track};
-pub(crate) use write::{session_batch, session_bytes, write_session};
+pub(crate) use raw::{Identified, Raw, Track};
+pub(crate) use write::{session_bytes, write_session};
 
 use checks::clean;
 use clock::{resample, stamps};
@@ -159,14 +157,16 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 mod tests {
     use std::io::ErrorKind;
 
+    use super::error::DAMAGED;
     use super::*;
+    use crate::store::objects::faults;
 
     #[test]
     fn half_a_log_is_unreadable_whatever_its_reader_made_of_it() {
         let log = Location::from(std::path::Path::new("half.csv"));
         let read = |made: Result<u8, Error>, kind: Option<ErrorKind>| {
             let reader = || {
-                kind.into_iter().for_each(|kind| source::note_fault(&log, &kind.into()));
+                kind.into_iter().for_each(|kind| faults::note(&log, &kind.into()));
                 made
             };
             whole(&log, reader).map_err(|e| e.code)

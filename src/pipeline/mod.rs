@@ -10,7 +10,7 @@ pub(crate) mod settings;
 pub(crate) mod stages;
 
 pub(crate) use outcome::{Input, Outcome, Rejection};
-pub(crate) use settings::{BUILTIN, Pipeline};
+pub(crate) use settings::Pipeline;
 pub(crate) use stages::{
     Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, read,
     segmented,

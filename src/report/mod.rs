@@ -16,7 +16,7 @@
 //! inside a script is packed ([`charts::pack`]).
 
 pub(crate) use assets::Pages;
-pub(crate) use build::{build, update, write};
+pub(crate) use build::build;
 pub(crate) use error::Error;
 pub(crate) use open::open;
 pub(crate) use page_shell::is_own;

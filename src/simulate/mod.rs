@@ -46,5 +46,5 @@ pub(crate) mod truth;
 pub(crate) mod tyre_truth;
 pub(crate) mod unsteady;
 
-pub(crate) use reduced::{session, session_with, simulate_phases};
-pub(crate) use simulated::{Label, Simulated};
+pub(crate) use reduced::{session, simulate_phases};
+pub(crate) use simulated::Label;

@@ -27,4 +27,4 @@ pub(crate) mod session;
 pub(crate) mod suspension;
 pub(crate) mod uncertain;
 
-pub(crate) use session::{OffroadDiagnosis, diagnose, log};
+pub(crate) use session::{OffroadDiagnosis, diagnose};

@@ -47,4 +47,4 @@ pub(crate) mod structure;
 pub(crate) mod white_noise;
 pub(crate) mod workings;
 
-pub(crate) use session::{Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log};
+pub(crate) use session::{RoadDiagnosis, diagnose};

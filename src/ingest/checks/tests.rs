@@ -9,7 +9,7 @@ use rand_distr::{Distribution, Normal, Uniform};
 use super::*;
 use crate::GRAVITY;
 use crate::contract::session::Meta;
-use crate::ingest::{CHECKS, Check};
+use crate::ingest::checks::switches::{CHECKS, Check};
 
 const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;

@@ -16,7 +16,6 @@ pub(crate) mod ride;
 pub(crate) mod tyre;
 pub(crate) mod wizard;
 
-pub(crate) use build::Springs;
 pub(crate) use machine::Machine;
 
 #[cfg(test)]

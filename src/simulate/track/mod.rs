@@ -19,10 +19,10 @@ pub(crate) mod truth;
 use nalgebra::Vector3;
 
 use self::ridden::CORNER;
-pub(crate) use self::ridden::{DEGREE, ORIGIN, TrackRide, position};
+pub(crate) use self::ridden::{TrackRide, position};
 use self::rider::{Hands, Rider};
 pub(crate) use self::scenario::{Entry, Track};
-pub(crate) use self::truth::{Doing, doings, notes};
+pub(crate) use self::truth::notes;
 use super::imu;
 use super::preview::{Preview, Target};
 use super::programme::Controls;

@@ -22,7 +22,7 @@
 //! without the feature `cloud`, every address is an error that says so.
 
 pub(crate) mod counts;
-mod faults;
+pub(crate) mod faults;
 pub(crate) mod files;
 pub(crate) mod lease;
 pub(crate) mod location;
@@ -45,4 +45,4 @@ mod connector;
 mod errors;
 
 pub(crate) use location::Location;
-pub(crate) use stat::{Entry, Stat};
+pub(crate) use stat::Stat;

@@ -20,7 +20,7 @@ use parquet::file::reader::{ChunkReader, Length};
 
 use super::client;
 use super::faults;
-pub(crate) use super::faults::{note as note_fault, take as take_fault};
+pub(crate) use super::faults::take as take_fault;
 use super::files::{open_file, stat_local};
 use super::location::Location;
 use super::packed::{self, Unpacked};

@@ -11,5 +11,5 @@ pub(crate) mod ranking;
 mod rows;
 pub(crate) mod sets;
 
-pub(crate) use ranking::{ALIKE, Advice, Change, known};
+pub(crate) use ranking::{ALIKE, Advice};
 pub(crate) use rows::amend;

@@ -39,7 +39,6 @@ pub(crate) mod run;
 pub(crate) mod state;
 mod strapdown;
 
-pub(crate) use align::Alignment;
 pub(crate) use log::{Epoch, Log};
-pub(crate) use output::{Level, NAMES, OUTPUTS};
+pub(crate) use output::{NAMES, OUTPUTS};
 pub(crate) use run::{Navigation, Share, run};

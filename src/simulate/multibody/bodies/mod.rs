@@ -7,5 +7,5 @@
 pub(crate) mod spatial;
 pub(crate) mod tree;
 
-pub(crate) use spatial::{Articulated, Force, Motion, Rigid};
+pub(crate) use spatial::{Motion, Rigid};
 pub(crate) use tree::{Body, Joint, Tree, Work};
