@@ -52,7 +52,7 @@
 //! model characterised through experimental riding data"; equation numbers are its own.
 
 #![forbid(unsafe_code)]
-#![cfg_attr(feature = "internals", warn(unreachable_pub))]
+#![cfg_attr(feature = "internals", deny(unreachable_pub))]
 
 // Rooms from the ground up: each uses only those before it.
 mod contract;

@@ -200,6 +200,7 @@ fn outgrown_files_are_errors() {
 }
 
 /// The whole command line, for who looks through its options.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn command() -> clap::Command {
     Arguments::command()
 }

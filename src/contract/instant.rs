@@ -23,11 +23,6 @@ pub(crate) fn text(microseconds: i64) -> Option<String> {
     Timestamp::from_microsecond(microseconds).ok().map(|t| t.to_string())
 }
 
-/// Days since 1970 of a text, as [`parse`].
-pub(crate) fn days(text: &str) -> Option<f64> {
-    Some(microseconds(text)? as f64 / 86_400e6)
-}
-
 /// Year and month in UTC, `2026-05`; `None` where the text is no time after Christ.
 pub(crate) fn month(text: &str) -> Option<String> {
     let day = parse(text)?.to_zoned(TimeZone::UTC).date();
@@ -49,6 +44,7 @@ mod tests {
 
     #[test]
     fn start_times_in_their_usual_forms() {
+        let days = |text| Some(microseconds(text)? as f64 / 86_400e6);
         let day = |text| days(text).expect(text);
         assert_eq!(day("1970-01-02T12:00:00Z"), 1.5);
         assert_eq!(day("1970-01-02T14:00:00+02:00"), 1.5);

@@ -161,6 +161,7 @@ pub struct Key {
     /// How the number is found.
     pub remedy: Option<String>,
     /// Where the default and its uncertainty come from.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub source: Option<String>,
 }
 
@@ -171,8 +172,10 @@ pub struct KeyTable {
     /// Its name.
     pub name: String,
     /// Its version.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub version: u32,
     /// What the file is.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: String,
     /// What to do where keys are missing.
     pub hint: Option<String>,

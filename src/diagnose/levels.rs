@@ -149,6 +149,7 @@ impl Pooling {
     /// A row is named if a session named the effect, with this sign, or two have it with this sign beyond
     /// their errors: a mean that is beyond chance only as a mean is rather what the method is off by in all
     /// of them. It is kept as not needed.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn rows(&self) -> Vec<CauseRow> {
         self.causes().into_iter().map(|cause| cause.row).collect()
     }

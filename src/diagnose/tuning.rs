@@ -4,6 +4,8 @@
 //! verdicts change; its table is in `book/src/reference/constants.md`. The prototype of the reasons is that
 //! of `book/src/diagnosis.md`, section 3.1.
 
+#![cfg_attr(not(feature = "internals"), allow(dead_code))] // the tables are for the book and for studies
+
 /// A tuned constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Constant<T> {

@@ -14,6 +14,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::levels::{self, Level};
+use crate::statistics::search;
 
 /// Fewest degrees of freedom that a spread is estimated from.
 const FREEDOM: usize = 3;
@@ -88,11 +89,7 @@ fn root(most: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
         }
         (low, high) = (high, 4.0 * high);
     }
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if f(middle)? > 0.0 { low = middle } else { high = middle }
-    }
-    Some(high)
+    search::root(|x| f(x).unwrap_or(f64::NAN), low, high, 1e-12 * high)
 }
 
 /// The components; `None` of fewer than three degrees of freedom.

@@ -148,11 +148,6 @@ impl Sums {
         sums
     }
 
-    /// Number of values.
-    pub(crate) fn count(&self) -> usize {
-        self.count[self.count.len() - 1]
-    }
-
     /// The contrast over its standard deviation: standard normal where nothing has happened.
     pub(crate) fn score(&self, shape: Shape) -> f64 {
         let Shape::Stretch(a, b) = shape else { return self.line };

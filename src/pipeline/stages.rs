@@ -36,6 +36,7 @@ pub(crate) fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
 ///
 /// # Errors
 /// The log cannot be read, or lacks what every session needs.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn prepare(
     log: impl Into<Location>,
     maps: &[ChannelMap],

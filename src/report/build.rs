@@ -16,6 +16,7 @@ use crate::report::{page_names, page_shell};
 ///
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a page cannot be written.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn write(out: &Path) -> Result<(), Error> {
     build(out, Pages::Auto, true)
 }
@@ -24,6 +25,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`write()`].
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn update(out: &Path) -> Result<(), Error> {
     build(out, Pages::Auto, false)
 }

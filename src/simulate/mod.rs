@@ -14,7 +14,9 @@ pub(crate) mod bench_points;
 pub(crate) mod builtin;
 pub(crate) mod compare;
 pub(crate) mod effects;
+#[cfg(feature = "internals")]
 pub(crate) mod hidden;
+#[cfg(feature = "internals")]
 pub(crate) mod hidden_offroad;
 pub(crate) mod imu;
 pub(crate) mod lateral_bench;
@@ -28,6 +30,7 @@ pub(crate) mod path;
 pub(crate) mod pilot;
 pub(crate) mod plan;
 pub(crate) mod population;
+#[cfg(feature = "internals")]
 pub(crate) mod prescribed;
 pub(crate) mod preview;
 pub(crate) mod programme;
@@ -38,6 +41,7 @@ pub(crate) mod rider;
 pub(crate) mod scenario;
 pub(crate) mod sensors;
 pub(crate) mod simulated;
+#[cfg(feature = "internals")]
 pub(crate) mod strapdown;
 pub(crate) mod tables;
 pub(crate) mod tour;

@@ -30,6 +30,7 @@ use crate::tyre::tyre_model::TyreModel;
 /// Density of the air, kg/m³.
 const AIR: f64 = 1.225;
 /// Longest integration step, s.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 const STEP: f64 = 0.002;
 
 /// The `number`-th session of the fleet on the multibody motorcycle, and the motorcycle's bike file.
@@ -39,6 +40,7 @@ const STEP: f64 = 0.002;
 ///
 /// # Errors
 /// The machine cannot stand or cannot be ridden straight on; a sentence that says why.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn session(
     scenario: &Scenario,
     machine: &Machine,
@@ -53,6 +55,7 @@ pub fn session(
 ///
 /// # Errors
 /// The machine cannot be ridden straight on; a sentence that says why.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, String> {
     let usual = tour.model.clone().with(&ModelError::default());
     let skill = Skill::learn(&usual, ride::period(tour.rate))
@@ -64,6 +67,7 @@ pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, String> {
 ///
 /// # Errors
 /// The machine cannot stand.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tour, String> {
     let motorcycle = motorcycle(&machine.plant)?;
     let mut bike = machine.bike.clone();
@@ -73,6 +77,7 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
 }
 
 /// What is ridden on a motorcycle that stands for a plant.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub(crate) fn tour_on(
     scenario: &Scenario,
     plant: &Plant,
@@ -150,6 +155,7 @@ pub fn static_loads(plant: &Plant) -> [f64; 2] {
 ///
 /// # Errors
 /// It cannot stand; a sentence that says why.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
     let load = static_loads(plant);
     let tyre = |k: usize| {

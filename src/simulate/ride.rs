@@ -52,6 +52,7 @@ pub struct MultibodyRide {
     /// How it ended before its time, if it did; the log ends there.
     pub fall: Option<Fall>,
     /// Integration steps taken.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub steps: usize,
 }
 

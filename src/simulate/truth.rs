@@ -68,6 +68,7 @@ fn cornering_rows(
 
 /// `c1`, `c3`, `ct` and the overturning stiffnesses of both tyres on a ride of the multibody motorcycle, whose
 /// side-force ratios are given. The overturning moment of a tyre of another form is not its crown's alone.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn of_corners(
     ride: &MultibodyRide,
     weight: f64,
@@ -99,6 +100,7 @@ pub fn of_corners(
 
 /// Overturning stiffness of both tyres and of both together, m: moment over load times tangent of camber, by
 /// least squares over the samples that the estimate takes.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 fn overturning(ride: &MultibodyRide, weight: f64, config: &estimate::Config) -> Truth {
     let quasi_static = QuasiStatic::from(config);
     // sums of moment times lever and of lever squared: front, rear, both

@@ -58,6 +58,7 @@ pub enum Error {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// From least squares only, as other programs do.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     LeastSquares,
     /// From least squares and from a high-breakdown fit; the better end counts.
     Robust,
@@ -110,8 +111,10 @@ pub struct Fit {
     /// Robust standard deviation of the residuals, unit of `y` (at prior weight 1).
     pub scale: f64,
     /// Reweightings of the descent that was kept.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub iterations: usize,
     /// Whether it came to rest.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub converged: bool,
     /// Share of samples with zero weight.
     pub outlier_fraction: f64,

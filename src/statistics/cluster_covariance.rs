@@ -404,41 +404,5 @@ impl Shape {
     }
 }
 
-/// Jackknife covariance of estimates that were refitted without each manoeuvre in turn, for
-/// what has no Jacobian; about the full estimate.
-///
-/// ```text
-/// V = (G - 1) / G  sum_g (b_(-g) - b) (b_(-g) - b)'
-/// ```
-///
-/// # Errors
-/// Fewer than two manoeuvres; estimates of different length or not finite.
-pub(crate) fn jackknife_delta(
-    full: &[f64],
-    without: &[Vec<f64>],
-) -> Result<ClusterCovariance, Error> {
-    let (p, g) = (full.len(), without.len());
-    if g < 2 {
-        return Err(Error::TooFew(g));
-    }
-    let mut covariance = DMatrix::zeros(p, p);
-    for estimate in without {
-        if estimate.len() != p {
-            return Err(Error::Length {
-                what: "estimates without a manoeuvre",
-                found: estimate.len(),
-                expected: p,
-            });
-        }
-        let moved = DVector::from_fn(p, |j, _| estimate[j] - full[j]);
-        if !moved.iter().all(|v| v.is_finite()) {
-            return Err(Error::Singular);
-        }
-        covariance += &moved * moved.transpose();
-    }
-    covariance *= (g as f64 - 1.0) / g as f64;
-    Ok(ClusterCovariance { covariance, dof: vec![g as f64 - 1.0; p], n_clusters: g, shape: None })
-}
-
 #[cfg(test)]
 mod tests;

@@ -33,17 +33,6 @@ pub(crate) fn psi_derivative(u: f64, tuning: f64) -> f64 {
     if v2 < 1.0 { (1.0 - v2) * (1.0 - 5.0 * v2) } else { 0.0 }
 }
 
-/// Bisquare loss of a standardised residual; near zero it is u²/2.
-#[inline]
-pub(crate) fn rho(u: f64, tuning: f64) -> f64 {
-    if tuning.is_infinite() {
-        return 0.5 * u * u;
-    }
-    let v2 = (u / tuning).powi(2);
-    let top = tuning * tuning / 6.0;
-    if v2 < 1.0 { top * (1.0 - (1.0 - v2).powi(3)) } else { top }
-}
-
 /// Median absolute residual about zero over 0.6745: the residuals' standard deviation if they
 /// were normal. `scratch` is at least as long as `residuals`.
 pub(crate) fn mad(residuals: &[f64], scratch: &mut [f64]) -> f64 {
@@ -195,6 +184,16 @@ pub(crate) fn robust_spread(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bisquare loss of a standardised residual; near zero it is u²/2.
+    fn rho(u: f64, tuning: f64) -> f64 {
+        if tuning.is_infinite() {
+            return 0.5 * u * u;
+        }
+        let v2 = (u / tuning).powi(2);
+        let top = tuning * tuning / 6.0;
+        if v2 < 1.0 { top * (1.0 - (1.0 - v2).powi(3)) } else { top }
+    }
     use rand::{RngExt, SeedableRng};
     use rand_distr::StandardNormal;
     use rand_pcg::Pcg64;

@@ -37,11 +37,6 @@ pub trait Model {
     /// Number of residuals.
     fn len(&self) -> usize;
 
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Residuals at `theta`, each divided by its expected scale where the model knows one.
     fn residuals(&self, theta: &[f64], out: &mut [f64]);
 
@@ -162,14 +157,19 @@ pub struct NonlinearFit {
     /// Slope of psi at each residual, for [`super::cluster_covariance`].
     pub psi_derivatives: Vec<f64>,
     /// Robust standard deviation of the residuals.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub scale: f64,
     /// Reweightings of the descent that was kept.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub iterations: usize,
     /// Evaluations of all residuals, all descents.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub evaluations: usize,
     /// Which start won, from 0.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub start: usize,
     /// Whether it came to rest.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub converged: bool,
     /// Share of residuals with zero weight.
     pub outlier_fraction: f64,

@@ -82,17 +82,6 @@ pub(crate) fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
-/// The quantile at a share (0 to 1), linear between ranks (Hyndman & Fan's type 7, the default of R
-/// and NumPy). Sorts the values.
-pub(crate) fn quantile_linear(values: &mut [f64], share: f64) -> Option<f64> {
-    let last = values.len().checked_sub(1)?;
-    values.sort_unstable_by(f64::total_cmp);
-    let rank = share * last as f64;
-    let low = (rank.floor() as usize).min(last);
-    let high = values[(low + 1).min(last)];
-    Some(values[low] + rank.fract() * (high - values[low]))
-}
-
 /// [`median`] and a robust standard deviation about it: the median absolute deviation times
 /// [`SD_PER_MAD`], 0 of a single value. Reorders the values.
 pub(crate) fn median_and_spread(values: &mut [f64]) -> Option<(f64, f64)> {
@@ -164,11 +153,6 @@ pub(crate) mod tests {
         assert_eq!(quantile(&mut x, 0.7), Some(4.0)); // rank 2.8
         assert_eq!(quantile(&mut x, 1.0), Some(5.0));
         assert_eq!(quantile(&mut [], 0.5), None);
-        // R: quantile(c(1, 2, 4, 8), 0.9) = 6.8
-        let nine_tenths = quantile_linear(&mut [8.0, 1.0, 4.0, 2.0], 0.9).expect("four values");
-        assert!((nine_tenths - 6.8).abs() < 1e-12);
-        assert_eq!(quantile_linear(&mut [8.0, 1.0], 1.0), Some(8.0));
-        assert_eq!(quantile_linear(&mut [], 0.5), None);
     }
 
     #[test]

@@ -38,9 +38,4 @@ impl Keys {
     pub(crate) fn text(&self, key: &str) -> Option<&str> {
         self.texts.get(key).map(String::as_str)
     }
-
-    /// All numbers by key.
-    pub(crate) fn numbers(&self) -> &BTreeMap<String, f64> {
-        &self.numbers
-    }
 }

@@ -21,15 +21,6 @@ pub(crate) fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: F
     (sin_delta * cos_eps).atan2(cos_phi * cos_delta + sign * sin_phi * sin_delta * sin_eps) // (30)
 }
 
-/// Camber of the front wheel, rad, eq. 31a.
-pub(crate) fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
-    let sign = match formulation {
-        Formulation::Corrected => -1.0,
-        Formulation::Paper => 1.0,
-    };
-    (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
-}
-
 /// Distance of the mass centre from the ground along the plane of a leaned motorcycle, m. Its wheels stand on
 /// crowns of radius `crown` (m, loaded): the crown's centre stays at its height over the ground.
 pub(crate) fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
@@ -73,7 +64,7 @@ pub(crate) struct FrontWheel {
     pointing: (f64, f64),
     /// Both without it.
     pub steer_sin_cos: (f64, f64),
-    /// [`front_camber`], rad.
+    /// Camber of the wheel, rad, eq. 31a.
     pub camber: f64,
     /// Its tangent.
     pub camber_tan: f64,
@@ -91,7 +82,7 @@ impl FrontWheel {
     }
 }
 
-/// [`kinematic_steer`] and [`front_camber`] at once; `phi` and `epsilon` as sine and cosine.
+/// [`kinematic_steer`] and the front wheel's camber at once; `phi` and `epsilon` as sine and cosine.
 pub(crate) fn front_wheel(
     delta: f64,
     phi: (f64, f64),
@@ -122,6 +113,15 @@ pub(crate) fn front_wheel(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Camber of the front wheel, rad, eq. 31a.
+    fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
+        let sign = match formulation {
+            Formulation::Corrected => -1.0,
+            Formulation::Paper => 1.0,
+        };
+        (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
+    }
 
     #[test]
     fn both_at_once_are_each_alone() {

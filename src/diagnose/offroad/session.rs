@@ -52,6 +52,7 @@ pub struct OffroadDiagnosis {
 ///
 /// # Errors
 /// The log cannot be used, or does not hold what a diagnosis needs.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn log(
     log: impl Into<Location>,
     maps: &[ChannelMap],

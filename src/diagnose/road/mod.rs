@@ -27,6 +27,7 @@ pub(crate) mod kept;
 pub(crate) mod left_out;
 pub(crate) mod null_calibration;
 pub(crate) mod null_simulation;
+#[cfg(feature = "internals")]
 pub(crate) mod oracle;
 pub(crate) mod other_machines;
 pub(crate) mod parameters;

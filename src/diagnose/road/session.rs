@@ -109,6 +109,7 @@ impl RoadDiagnosis {
 ///
 /// # Errors
 /// The log cannot be used, or does not hold what a diagnosis needs.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn log(
     log: impl Into<Location>,
     maps: &[ChannelMap],
@@ -202,6 +203,7 @@ impl<'a> Prepared<'a> {
     /// With what one naming computes kept for the next, so that many by different constants take little
     /// longer than one. A simulated ride is as large as the session, and there are a few for every cause.
     #[must_use]
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn keeping(self) -> Self {
         Prepared { memory: Memory::keeping(), ..self }
     }
@@ -212,6 +214,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The causes under some constants.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn naming(&self, tuning: &RoadTuning) -> Naming<Base> {
         name(&self.engine(tuning))
     }

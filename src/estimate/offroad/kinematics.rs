@@ -99,11 +99,6 @@ impl Kinematics {
         self.mu.len()
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.mu.is_empty()
-    }
-
     /// From a filtered session.
     pub fn new(session: &Session, machine: &Machine) -> (Self, Vec<Warning>) {
         let mut notes = Notes(Vec::new());

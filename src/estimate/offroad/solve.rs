@@ -86,13 +86,9 @@ impl TyreForces {
     }
 
     /// Number of samples.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn len(&self) -> usize {
         self.n_f.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.n_f.is_empty()
     }
 }
 

@@ -97,6 +97,7 @@ pub struct Found {
     /// Friction, load and lean taken out: what an upright tyre at its static load would have.
     pub used: [f64; 2],
     /// Rolling radius of the front, over `1 + s`: velocity over wheel speed, m.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub scale: f64,
     /// Engine's drag, N.
     pub engine: f64,

@@ -1,5 +1,7 @@
 //! The parameters of the in-gear fit, each with what is known of it before the ride.
 
+#![cfg_attr(not(feature = "internals"), allow(dead_code))] // tests name every parameter
+
 use super::columns::Columns;
 use super::config::Config;
 use super::curve::Curve;

@@ -7,7 +7,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::columns::{Columns, RATE, STEP, difference, neighbours};
+use super::columns::{Columns, STEP, difference, neighbours};
 use super::model::{A, C, Found, Held, KINDS, Model, Split};
 use super::parameters::*;
 use crate::statistics::loss::{TUNING, mad, weight};
@@ -49,8 +49,10 @@ pub struct Fitted {
     /// Manoeuvres.
     pub clusters: usize,
     /// Scale of each residual over what was expected.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub scale: [f64; KINDS],
     /// Samples of each residual.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub counts: [usize; KINDS],
     /// Share of residuals that were left out as outliers.
     pub outliers: f64,
@@ -385,15 +387,11 @@ pub(crate) fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bo
 
 /// The samples at given parameters, once the acceleration is at rest: at the truth of an exact ride residuals vanish
 /// there.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn held_at(model: &Model<'_>, theta: &Theta, min_speed: f64) -> Vec<Held> {
     let mut acceleration = first_acceleration(model.columns, theta);
     for _ in 0..12 {
         renew(model, theta, &mut acceleration, 0.5, min_speed);
     }
     hold(model, theta, &acceleration, min_speed)
-}
-
-/// Seconds of the samples that took part.
-pub(crate) fn duration(fitted: &Fitted) -> f64 {
-    fitted.held.len() as f64 * STEP as f64 / RATE
 }

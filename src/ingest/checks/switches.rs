@@ -36,6 +36,7 @@ pub struct Check {
     /// Code in `warnings` and `rejected`, and the key of its switch.
     pub code: &'static str,
     /// What it is seen by.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub seen_by: &'static str,
     /// What it does where the pipeline says nothing.
     pub effect: Effect,

@@ -32,8 +32,10 @@ pub struct LogFormat {
     /// Its name, as in `format` of a channel map.
     pub name: &'static str,
     /// What it is, in a line for people.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: &'static str,
     /// How its channels are named in a channel map.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub channel_names: &'static str,
     /// Extensions of file names by which its logs are found in a folder, in lower case.
     pub extensions: &'static [&'static str],

@@ -4,8 +4,6 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-use super::numbers::Known;
-
 const TEXT: &str = include_str!("../../../pipelines/bikes/catalogue.toml");
 
 /// What is usual: mean and standard deviation over a class, and the source in words.
@@ -20,12 +18,7 @@ pub struct Usual {
     pub source: String,
 }
 
-impl Usual {
-    /// Without its source.
-    pub fn known(&self) -> Known {
-        Known { value: self.mean, sd: self.sd }
-    }
-}
+impl Usual {}
 
 /// A class of motorcycles or bicycles.
 #[derive(Debug, Clone, Deserialize)]
@@ -153,6 +146,7 @@ pub struct Cost {
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
     /// Its version.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub version: u32,
     /// The classes.
     #[serde(rename = "class")]

@@ -76,16 +76,7 @@ impl Grid {
 }
 
 /// Ridden points of pure longitudinal slip.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn longitudinal(tyre: &Characterised, load: f64) -> Vec<Input> {
     Grid::ridden(tyre).longitudinal(tyre, load)
-}
-
-/// Ridden points without slip ratio.
-pub(crate) fn lateral(tyre: &Characterised, load: f64) -> Vec<Input> {
-    Grid::ridden(tyre).lateral(tyre, load)
-}
-
-/// Points of all three slips, each within what was ridden.
-pub(crate) fn combined(tyre: &Characterised, load: f64) -> Vec<Input> {
-    Grid::ridden(tyre).combined(tyre, load)
 }

@@ -201,6 +201,7 @@ impl Characterised {
     }
 
     /// The whole tyre, as a simulator has it.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn whole(&self) -> &dyn TyreModel {
         self.whole.as_ref()
     }

@@ -47,7 +47,6 @@ pub(crate) struct Link {
 #[allow(missing_docs)] // headings of the table in the template
 pub(crate) struct Event {
     pub bike: String,
-    pub kind: String,
     pub label: String,
     pub tyre: String,
     pub coefficients: String,
@@ -98,7 +97,6 @@ pub(crate) fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
 fn event(fleet: &FleetTables<'_>, e: &EventRow) -> Event {
     Event {
         bike: e.bike_id.clone(),
-        kind: e.kind.clone(),
         label: event_kind::label(&e.kind).to_owned(),
         tyre: e.tyre.clone(),
         coefficients: e

@@ -61,6 +61,7 @@ pub struct Crossing {
     /// Its standard deviation, s.
     pub error: f64,
     /// m/s.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub speed: f64,
     /// Distance ridden until then, m.
     pub ridden: f64,

@@ -14,8 +14,6 @@ pub(crate) const STEER: usize = 4;
 pub(crate) const FORK: usize = 5;
 /// Front wheel.
 pub(crate) const FRONT: usize = 6;
-/// Rider's upper body.
-pub(crate) const RIDER: usize = 7;
 /// Wheels, front and rear.
 pub(crate) const WHEELS: [usize; 2] = [FRONT, REAR];
 /// What carries them.

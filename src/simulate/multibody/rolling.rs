@@ -186,6 +186,7 @@ pub fn linearise(model: &Model, speed: f64) -> DMatrix<f64> {
 /// A steady turn of rolling wheels: steer angle and torque at a rear wheel speed and a lean.
 ///
 /// Returns `None` when Newton's method does not settle.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn steady(model: &Model, rear_speed: f64, roll: f64, near: [f64; 2]) -> Option<(State, f64)> {
     let mut scratch = model.scratch();
     let rear_spin = rear_speed / model.motorcycle.centres[1].z;

@@ -10,16 +10,20 @@ use super::state::{Action, State, Wheel, joint, spin};
 #[derive(Debug, Clone)]
 pub struct Trim {
     /// Forward velocity of the frame's mass centre along the frame plane's trace, m/s.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub speed: f64,
     /// rad/s, positive to the left.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub yaw_rate: f64,
     /// The state; position and heading are zero.
     pub state: State,
     /// Steering torque and drive.
     pub action: Action,
     /// Both wheels.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub wheels: [Wheel; 2],
     /// Largest remaining rate, SI.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub residual: f64,
 }
 

@@ -14,8 +14,10 @@ pub enum BikeFile {
     /// Everything that a workshop and a tyre bench can measure, with its uncertainty.
     Full,
     /// The book's tutorial: the required numbers and the uncertainty of the mass.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     Tutorial,
     /// The required numbers.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     Minimal,
     /// What `roadbench bike new` makes of class, tyre sizes and weight.
     Wizard,
@@ -23,6 +25,7 @@ pub enum BikeFile {
 
 impl BikeFile {
     /// All of them.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub const ALL: [BikeFile; 4] =
         [BikeFile::Full, BikeFile::Tutorial, BikeFile::Minimal, BikeFile::Wizard];
 

@@ -40,6 +40,7 @@ pub struct Machine {
     /// Its inertial unit; `None` is one that knows its attitude, with the scenario's errors.
     pub imu: Option<Imu>,
     /// Sensors' noise over the scenario's.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub noise: f64,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,

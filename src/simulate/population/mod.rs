@@ -12,6 +12,7 @@ pub(crate) mod bike;
 mod build;
 mod draw;
 pub(crate) mod machine;
+#[cfg(feature = "internals")]
 pub(crate) mod ride;
 pub(crate) mod tyre;
 pub(crate) mod wizard;

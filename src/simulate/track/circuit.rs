@@ -120,11 +120,6 @@ impl Circuit {
         self.points.len()
     }
 
-    /// Whether it has no points; it always has.
-    pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
-    }
-
     /// Corners of a lap.
     pub fn corners(&self) -> usize {
         CORNERS.len()

@@ -93,6 +93,7 @@ pub struct Track {
     /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: String,
     /// Sessions; each has a machine of its own where they are varied.
     pub sessions: usize,

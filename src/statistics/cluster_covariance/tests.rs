@@ -108,15 +108,3 @@ fn says_what_is_wrong() {
     let flat = Scores { jacobian: &zero, clusters: &[0, 0, 1, 1], ..base };
     assert_eq!(sandwich(&flat).err(), Some(Error::Singular));
 }
-
-#[test]
-fn jackknife_of_a_mean_is_the_textbook_variance() {
-    let values = [1.0, 2.0, 4.0, 9.0];
-    let mean = 4.0;
-    let without: Vec<Vec<f64>> = values.iter().map(|v| vec![(16.0 - v) / 3.0]).collect();
-    let Ok(v) = jackknife_delta(&[mean], &without) else { panic!("jackknife") };
-    let s2 = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 3.0;
-    close(v.covariance.as_slice(), &[s2 / 4.0]);
-    assert_eq!(v.dof, vec![3.0]);
-    assert_eq!(jackknife_delta(&[1.0], &[vec![1.0]]).err(), Some(Error::TooFew(1)));
-}

@@ -141,6 +141,7 @@ impl Advice {
 }
 
 /// What a ride's samples know of effects, on the best model of it.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn known(samples: &Samples, best: &Base, effects: &[Effect]) -> Information {
     let best = quiet(samples, best);
     Curvature::of(samples, &best, &best.values, &parameters(effects)).information(BASE)

@@ -66,6 +66,7 @@ pub const SETS: &[Set] = &[
 ];
 
 /// Riding of a set after something that ended at a heading (rad): first back to the strip.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn after(set: &Set, heading: f64) -> Vec<Phase> {
     let mut phases = Vec::new();
     let mut turn = (-heading).rem_euclid(TAU);

@@ -15,12 +15,7 @@ pub struct Epoch {
     pub place: [f64; 3],
 }
 
-impl Epoch {
-    /// Nothing but a time.
-    pub fn empty(time: f64) -> Self {
-        Epoch { time, speed: f64::NAN, course: f64::NAN, climb: f64::NAN, place: [f64::NAN; 3] }
-    }
-}
+impl Epoch {}
 
 /// A ride as the unit and the receiver recorded it.
 #[derive(Debug, Clone, Default)]
@@ -49,11 +44,6 @@ impl Log {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.rates[0].len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Whether a sample has all six numbers.

@@ -40,5 +40,7 @@ pub(crate) mod state;
 mod strapdown;
 
 pub(crate) use log::{Epoch, Log};
-pub(crate) use output::{NAMES, OUTPUTS};
+pub(crate) use output::NAMES;
+#[cfg(any(test, feature = "internals"))]
+pub(crate) use output::OUTPUTS;
 pub(crate) use run::{Navigation, Share, run};

@@ -71,8 +71,10 @@ pub struct Navigation {
     /// By source.
     pub shares: Vec<Share>,
     /// White noise that was found per sample: rates (rad/s), forces (m/s²).
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub noise: [f64; 2],
     /// Passes that were made.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub passes: usize,
 }
 

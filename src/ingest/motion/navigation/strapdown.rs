@@ -182,7 +182,7 @@ impl Transition {
 
     /// The transition as one matrix.
     #[cfg(test)]
-    pub fn matrix(&self) -> Covariance {
+    pub(crate) fn matrix(&self) -> Covariance {
         let mut f = Covariance::zeros();
         (9..N).for_each(|i| f[(i, i)] = self.decay[i]);
         f.fixed_rows_mut::<9>(0).copy_from(&self.top);
