@@ -10,11 +10,39 @@
 //! simulate --+  (a motorcycle whose tyres are known, through the same door)
 //! ```
 //!
-//! Off-road ([`estimate::offroad`]) the forces come before the segments, by inverse dynamics instead
-//! of fits.
+//! Off-road (`estimate/offroad`) the forces come before the segments, by inverse dynamics instead of fits.
 //!
-//! Data flows one way; a folder is a stage and only [`pipeline`] knows their order.
-//! [`model`] holds the tyre and is used by `simulate`, `estimate` and `fit`.
+//! Data flows one way; a folder is a stage and only `pipeline` knows their order. `tyre` holds the tyre and is
+//! used by `simulate`, `estimate` and `fit`. Modules are private: what stands on this page is the interface.
+//!
+//! # Ways in
+//!
+//! | what | with |
+//! |---|---|
+//! | a log as columns on one clean clock | [`read`], [`clean`], [`check`]: a [`Session`] |
+//! | the tyres of one log | [`fit_log`]: an [`Outcome`] of rows; [`run_session`]: [`Tables`] in Arrow |
+//! | the causes of misfit | [`diagnose_session`] |
+//! | an archive | [`run_batch`] with [`RunWork`] or [`DiagnoseWork`], then [`finish_run`] or [`finish_diagnose`] |
+//! | many machines | [`Driver`] and [`Worker`] |
+//! | a tyre for a simulator | [`export_tyre`] |
+//! | rides with known truth | [`Rideable`] |
+//! | the definition of a table | [`schema_text`] |
+//! | the command line | [`command_with`] |
+//!
+//! A log, read and cleaned:
+//!
+//! ```no_run
+//! use roadbench::{Channel, IngestConfig, clean, read};
+//!
+//! let raw = read(std::path::Path::new("ride.csv"), &[])?;
+//! let (session, warnings) = clean(raw, &IngestConfig::default())?;
+//! let speed = session.get(Channel::VelocityX);
+//! println!("{:.0} s, {} warnings, speed: {}", session.duration(), warnings.len(), speed.is_some());
+//! # Ok::<(), roadbench::IngestError>(())
+//! ```
+//!
+//! `examples/read_log.rs`, `examples/fit_ride.rs` and `examples/export_tyre.rs` are whole programs; the book explains
+//! them (chapter "From Rust").
 //!
 //! # Frames and signs
 //!
@@ -52,6 +80,7 @@
 //! model characterised through experimental riding data"; equation numbers are its own.
 
 #![forbid(unsafe_code)]
+#![allow(rustdoc::private_intra_doc_links)] // documentation of the inside is for this project
 #![cfg_attr(feature = "internals", deny(unreachable_pub))]
 
 // Rooms from the ground up: each uses only those before it.
@@ -93,113 +122,78 @@ mod cli;
 pub mod internals;
 
 // A log, from its bytes to one session on one clean clock.
-pub use contract::bike::Bike;
-pub use contract::bike::Error as BikeError;
+pub use contract::bike::{Axle, Bike, Error as BikeError};
 pub use contract::channel::Channel;
-pub use contract::session::Meta;
-pub use contract::session::Session;
+pub use contract::session::{Meta, Session};
 pub use contract::warning::Warning;
 pub use ingest::checks::check;
 pub use ingest::config::Config as IngestConfig;
 pub use ingest::error::Error as IngestError;
 pub use ingest::formats::table::read_table;
-pub use ingest::identify;
-pub use ingest::map_for;
 pub use ingest::maps::ChannelMap;
-pub use ingest::raw::Identified;
-pub use ingest::raw::Raw;
-pub use ingest::read;
-pub use ingest::run as clean;
-pub use ingest::write::session_batch;
-pub use ingest::write::session_bytes;
-pub use ingest::write::write_session;
+pub use ingest::raw::{Identified, Raw};
+pub use ingest::write::{session_batch, session_bytes, write_session};
+pub use ingest::{identify, map_for, read, run as clean};
 pub use store::objects::files::read_text;
 pub use store::objects::location::Location;
 
 // From a session to the coefficients of its tyres.
+pub use contract::status::Status;
 pub use contract::verdict::Verdict;
-pub use pipeline::outcome::Input;
-pub use pipeline::outcome::Outcome;
-pub use pipeline::outcome::Rejection;
-pub use pipeline::run as run_log;
-pub use pipeline::run_raw;
+pub use pipeline::outcome::{Input, Outcome, Rejection};
 pub use pipeline::settings::Pipeline;
+pub use pipeline::{fit_log, run as run_log, run_raw};
 pub use segment::laps::rows::Laps;
 pub use segment::manoeuvre::ManoeuvreKind;
-pub use store::tables::rows::Coefficient;
-pub use store::tables::rows::EvidenceRow;
-pub use store::tables::rows::ForceRow;
-pub use store::tables::rows::Manoeuvre;
-pub use store::tables::rows::PlotPoint;
-pub use store::tables::rows::SessionRow;
-pub use store::tables::rows::WarningRow;
+pub use store::tables::ident::Ident;
+pub use store::tables::rows::{
+    Coefficient, EvidenceRow, ForceRow, Manoeuvre, PlotPoint, SessionRow, WarningRow,
+};
 
 // Tyre models.
 pub use tyre::magic_formula::MagicFormula;
-pub use tyre::tyre::Stiffness;
-pub use tyre::tyre::Tyre;
+pub use tyre::tyre::{Stiffness, Tyre};
 
 // Tables: their definitions, and the files they are in.
-pub use contract::schema::Table as TableSchema;
-pub use contract::schema::closest as closest_name;
+pub use contract::schema::{Table as TableSchema, closest as closest_name};
 pub use store::tables::file::Error as TableError;
-pub use store::tables::registry::schema_files;
-pub use store::tables::registry::schema_text;
+pub use store::tables::registry::{schema_files, schema_text};
 
-// Archives: many sessions, here or over many machines.
+// Sessions in memory, archives on this machine or on many.
 pub use batch::error::Error as BatchError;
-pub use batch::jobs::bikes::BikeFile;
-pub use batch::jobs::bikes::hash_settings;
-pub use batch::jobs::diagnose::DiagnoseWork;
-pub use batch::jobs::diagnose::finish as finish_diagnose;
-pub use batch::jobs::distributed::Answer;
-pub use batch::jobs::distributed::Driver;
-pub use batch::jobs::distributed::Task;
-pub use batch::jobs::distributed::Terms;
-pub use batch::jobs::distributed::Worker;
-pub use batch::jobs::in_memory::Log;
-pub use batch::jobs::in_memory::NO_PATH;
-pub use batch::jobs::in_memory::Tables;
-pub use batch::jobs::in_memory::diagnose as diagnose_session;
-pub use batch::jobs::in_memory::run as run_session;
-pub use batch::jobs::run::RunWork;
-pub use batch::jobs::run::finish as finish_run;
+pub use batch::jobs::bikes::{BikeFile, hash_settings};
+pub use batch::jobs::diagnose::{DiagnoseWork, finish as finish_diagnose};
+pub use batch::jobs::distributed::{Answer, Driver, Task, Terms, Worker};
+pub use batch::jobs::in_memory::{
+    Log, NO_PATH, Tables, diagnose as diagnose_session, run as run_session,
+};
+pub use batch::jobs::run::{RunWork, finish as finish_run};
 pub use batch::jobs::what::What;
-pub use batch::jobs::work::Work;
-pub use batch::jobs::work::guarded;
-pub use batch::settings::Maps;
-pub use batch::settings::Settings as BatchSettings;
+pub use batch::jobs::work::{Work, guarded};
+pub use batch::settings::{Maps, Settings as BatchSettings};
 pub use batch::store::folder::Store;
 pub use batch::store::reading::Reading;
 pub use batch::summary::Summary;
-pub use batch::workers::fence::Fenced;
-pub use batch::workers::fence::WORKER;
 pub use batch::workers::fence::limits::Asked;
-pub use batch::workers::fence::started_by;
-pub use batch::workers::scheduler::Accounts;
-pub use batch::workers::scheduler::run as run_batch;
+pub use batch::workers::fence::{Fenced, WORKER, started_by};
+pub use batch::workers::scheduler::{Accounts, run as run_batch};
 pub use report::assets::Pages;
 
 // Diagnosis, plans and simulation.
 pub use diagnose::diagnosis::Diagnosis;
-pub use diagnose::road::ride_plan::RidePlan;
-pub use diagnose::road::ride_plan::plan as plan_ride;
-pub use diagnose::road::ride_plan::scenario as plan_scenario;
+pub use diagnose::road::ride_plan::{RidePlan, plan as plan_ride, scenario as plan_scenario};
 pub use diagnose::settings::Settings as DiagnosisSettings;
 pub use simulate::tables::Rideable;
 
 // Tyres for other programs.
 pub use batch::jobs::models::read as read_models;
-pub use report::export::written::Format as ExportFormat;
-pub use report::export::written::Request as ExportRequest;
-pub use report::export::written::Set as CoefficientSet;
-pub use report::export::written::Tyre as ExportTyre;
-pub use report::export::written::Written;
-pub use report::export::written::write as export_tyre;
+pub use report::export::written::{
+    Format as ExportFormat, Request as ExportRequest, Set as CoefficientSet, Tyre as ExportTyre,
+    Written, write as export_tyre,
+};
 
 // The program `roadbench`.
-pub use cli::main as command;
-pub use cli::main_with as command_with;
+pub use cli::{main as command, main_with as command_with};
 
 /// Version written to every row.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -18,6 +18,22 @@ pub(crate) use stages::{
 
 use crate::contract::bike::Bike;
 use crate::ingest::Raw;
+use crate::store::objects::Location;
+
+/// One log through every stage, with the channel maps that come with the program and without the hashes by which an
+/// archive knows its sessions again.
+///
+/// # Errors
+/// The first stage that cannot go on says why.
+pub fn fit_log(
+    log: impl Into<Location>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Outcome, Rejection> {
+    let (input_hash, pipeline_hash) = (String::new(), String::new());
+    let input = Input { log: log.into(), maps: &[], input_hash, pipeline_hash, signals: false };
+    run(&input, bike, pipeline)
+}
 
 /// One log through every stage.
 ///
