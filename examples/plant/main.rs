@@ -147,10 +147,10 @@ struct Size {
 fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<Size>), Failure> {
     let pipeline = Pipeline::onroad();
     let effects = Settings::default().effects;
-    let Fitted { session, segments, samples, base, .. } =
+    let Fitted { session, ridden, samples, base, .. } =
         road::fitted(&ride.session, &ride.bike, &pipeline).map_err(|e| e.message)?;
     let start = base.starting_point(&samples, &effects);
-    let simulation = NullSimulation::new(&session, &segments, &start.noise, 1)
+    let simulation = NullSimulation::new(&session, &ridden.segments, &start.noise, 1)
         .with_parameters(&start.near.values);
     let calibration = calibrate(&simulation, &start.near, &effects, nulls);
     let own = blocks(&samples, &start.base.values);

@@ -25,7 +25,20 @@ use crate::estimate::signals::Inputs;
 use crate::tyre::formulation::Formulation;
 
 /// Runs the chain and all its variations.
+#[cfg(feature = "internals")]
 pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config) -> Solution {
+    let mut solution = solve_once(data, bike, formulation, config);
+    solution.upstream = upstream(&solution, data, bike, config);
+    solution
+}
+
+/// Runs the chain alone: values without what moves them, so without the shares of upstream quantities in their errors.
+pub(crate) fn solve_once(
+    data: &Data,
+    bike: &Bike,
+    formulation: Formulation,
+    config: &Config,
+) -> Solution {
     let nominal = Inputs::nominal(bike, formulation, data.zeros);
     let mut fits = Fits {
         coasting: coasting::fit(&data.coast, &data.front_rolling, data.shows_coasting, &nominal),
@@ -74,12 +87,28 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     }
 
     let found = fits.parameters().assemble(&inputs);
-    let nominal =
-        Inputs { rolling_front: inputs.rolling_front, bike: inputs.bike.clone(), ..nominal };
-    let refit = Refit::new(data, [&nominal, &inputs], &fits, &samples, config, MOST_CORNER);
+    Solution { found, upstream: Vec::new(), fits, samples, inputs }
+}
+
+/// What moves the coefficients of a solution besides their own manoeuvres; `data` and `bike` as it was solved with.
+pub(crate) fn upstream(
+    solution: &Solution,
+    data: &Data,
+    bike: &Bike,
+    config: &Config,
+) -> Vec<Upstream> {
+    let Solution { found, fits, samples, inputs, .. } = solution;
+    let formulation = inputs.formulation;
+    let nominal = Inputs {
+        rolling_front: inputs.rolling_front,
+        bike: inputs.bike.clone(),
+        ..Inputs::nominal(bike, formulation, data.zeros)
+    };
+    let refit = Refit::new(data, [&nominal, inputs], fits, samples, config, MOST_CORNER);
+    let bike = &inputs.bike;
     let mut upstream = refit.changes(variations(bike, &data.zeros, &fits.coasting, formulation));
-    upstream.extend(model_errors(&found, formulation, config));
-    Solution { found, upstream, fits, samples, inputs }
+    upstream.extend(model_errors(found, formulation, config));
+    upstream
 }
 
 /// The bike with what a tyre's slip stiffness gains with its load, where the fit tells something of it; `rows` are the

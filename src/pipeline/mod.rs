@@ -12,8 +12,8 @@ pub(crate) mod stages;
 pub(crate) use outcome::{Input, Outcome, Rejection};
 pub(crate) use settings::Pipeline;
 pub(crate) use stages::{
-    Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, read,
-    segmented,
+    Characterised, OffroadForces, characterise, characterise_once, offroad_forces, prepare,
+    prepare_raw, read, segmented,
 };
 
 use crate::contract::bike::Bike;

@@ -16,6 +16,7 @@ use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Estimate};
 use crate::estimate::turn;
 use crate::estimate::zeros::{self, Zeros};
+use crate::fit::solution::Upstream;
 use crate::fit::{Data, Solution, chain};
 use crate::ingest::maps::ChannelMap;
 use crate::segment::Segment;
@@ -124,6 +125,25 @@ pub struct Characterised {
 
 /// From a prepared session to its tyres.
 pub fn characterise(
+    session: Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    formulation: Formulation,
+) -> Characterised {
+    let mut ridden = characterise_once(session, bike, pipeline, formulation);
+    ridden.solution.upstream = ridden.upstream(bike, pipeline);
+    ridden
+}
+
+impl Characterised {
+    /// What moves the coefficients besides their own manoeuvres; `bike` and `pipeline` as it was characterised with.
+    pub fn upstream(&self, bike: &Bike, pipeline: &Pipeline) -> Vec<Upstream> {
+        chain::upstream(&self.solution, &self.data, bike, &pipeline.fit)
+    }
+}
+
+/// [`characterise`] without the errors of upstream quantities: for where values are all that is needed.
+pub(crate) fn characterise_once(
     mut session: Session,
     bike: &Bike,
     pipeline: &Pipeline,
@@ -154,7 +174,7 @@ pub fn characterise(
     if is_derived {
         session.remove(Channel::YawRate);
     }
-    let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
+    let solution = chain::solve_once(&data, bike, formulation, &pipeline.fit);
     Characterised { session, segments, data, solution, warnings }
 }
 

@@ -7,8 +7,8 @@ use super::runs::runs;
 
 /// Window of the smoother, s.
 pub(crate) const WINDOW: f64 = 0.21;
-/// Samples that are smoothed together.
-const CHUNK: usize = 256;
+/// Samples that are smoothed together: their sums stay in registers.
+const CHUNK: usize = 8;
 
 /// Smooths each contiguous run by the parabola that fits the samples around best (Savitzky and Golay
 /// 1964); towards the ends of a run the window shrinks. Missing samples stay missing.
@@ -24,15 +24,18 @@ pub fn smooth(x: &[f64], rate: f64) -> Vec<f64> {
             let near = &x[i - half..=i + half];
             out[i] = near.iter().zip(&weights[half]).map(|(x, w)| x * w).sum();
         }
-        // weight by weight over many samples: their sums need not wait for each other
-        for first in whole.clone().step_by(CHUNK) {
-            let own = first..(first + CHUNK).min(whole.end);
-            let sums = &mut out[own.clone()];
-            sums.fill(0.0);
-            for (k, w) in weights[wanted].iter().enumerate() {
-                let near = &x[own.start + k - wanted..];
+        // weight by weight over a few samples: their sums need not wait for each other
+        let (own, last) = out[whole.clone()].as_chunks_mut::<CHUNK>();
+        let mut first = whole.start.saturating_sub(wanted);
+        for sums in own {
+            *sums = [0.0; CHUNK];
+            for (near, w) in x[first..].windows(CHUNK).zip(&weights[wanted]) {
                 sums.iter_mut().zip(near).for_each(|(sum, x)| *sum += x * w);
             }
+            first += CHUNK;
+        }
+        for (sum, near) in last.iter_mut().zip(x[first..].windows(2 * wanted + 1)) {
+            *sum = near.iter().zip(&weights[wanted]).map(|(x, w)| x * w).sum();
         }
     }
     out
@@ -64,12 +67,19 @@ pub(crate) fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
         for (i, x) in x.iter().enumerate() {
             sums.push(sums[i] + x);
         }
-        (0..x.len())
-            .map(|i| {
-                let half = half.min(i).min(x.len() - 1 - i);
-                (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
-            })
-            .collect()
+        let end = |i: usize| {
+            let half = half.min(i).min(x.len() - 1 - i);
+            (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
+        };
+        let (first, last) =
+            (half.min(x.len()), x.len().saturating_sub(half).max(half.min(x.len())));
+        let width = (2 * half + 1) as f64;
+        let mut means = Vec::with_capacity(x.len());
+        means.extend((0..first).map(end));
+        let after = sums.get(2 * half + 1..).unwrap_or_default();
+        means.extend(after.iter().zip(&sums).map(|(after, before)| (after - before) / width));
+        means.extend((last..x.len()).map(end));
+        means
     };
     mean(&mean(x))
 }

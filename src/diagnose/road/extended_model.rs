@@ -4,18 +4,18 @@ use super::base::Base;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
-use crate::fit::coefficients;
-use crate::pipeline::{Pipeline, characterise};
+use crate::fit::{Solution, coefficients};
+use crate::pipeline::{Characterised, Pipeline, characterise};
 use crate::simulate::effects::extended_model::{Coefficient, Estimate, ExtendedModel};
 use crate::store::tables::rows::{Ident, Provenance};
 use crate::tyre::formulation::Formulation;
 
 /// The named and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
-/// without them: the same that `run --model` finds.
+/// without them: the same that `run --model` finds. `ridden` is the session as it was characterised, where it was.
 pub(crate) fn extended_model(
     naming: &Naming<Base>,
     ident: &Ident,
-    session: &Session,
+    (session, ridden): (&Session, Option<&Characterised>),
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> ExtendedModel {
@@ -30,9 +30,18 @@ pub(crate) fn extended_model(
         effects: effects.collect(),
         ..ExtendedModel::default()
     };
-    let (mut ride, mut bike) = (session.clone(), bike.clone());
-    model.apply(&mut ride, &mut bike);
-    let solution = characterise(ride, &bike, pipeline, Formulation::Corrected).solution;
+    let mut bike = bike.clone();
+    let solution = match ridden {
+        Some(ridden) if model.effects.is_empty() => {
+            let upstream = ridden.upstream(&bike, pipeline);
+            Solution { upstream, ..ridden.solution.clone() }
+        }
+        _ => {
+            let mut ride = session.clone();
+            model.apply(&mut ride, &mut bike);
+            characterise(ride, &bike, pipeline, Formulation::Corrected).solution
+        }
+    };
     let none = Provenance::default();
     for row in coefficients::rows(&solution, &bike, &pipeline.fit, &|_| None, ident, &none) {
         let Some(value) = row.value else { continue };

@@ -41,7 +41,7 @@ pub fn errors_with_the_truth(
         .map(|(&parameter, &(_, size))| Found { parameter, share: 1.0, interval: [size; 2] })
         .collect();
     let seed = seed(&session.meta.session_id);
-    let simulation = NullSimulation::new(session, &fitted.segments, &start.noise, seed);
+    let simulation = NullSimulation::new(session, &fitted.ridden.segments, &start.noise, seed);
     let replays = Replays {
         measured: shown(session, &simulation, |_| true),
         base: simulated(samples, &simulation, &start.base, &[]),

@@ -26,8 +26,7 @@ use crate::diagnose::settings::Settings;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::RoadTuning;
 use crate::ingest::maps::ChannelMap;
-use crate::pipeline::{self, Characterised, Pipeline, Rejection};
-use crate::segment::Segment;
+use crate::pipeline::{self, Characterised, Pipeline, Rejection, characterise_once};
 use crate::simulate::effects::Effect;
 use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::statistics::smooth::{gradient, smooth};
@@ -122,12 +121,12 @@ pub fn log(
 }
 
 /// A session as far as its base fit.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Fitted<'a> {
     /// Clean, unfiltered, with an acceleration.
     pub session: Cow<'a, Session>,
-    /// Its manoeuvres.
-    pub segments: Vec<Segment>,
+    /// Its manoeuvres, and the values of its coefficients without the errors of upstream quantities.
+    pub ridden: Characterised,
     /// What is looked at of them.
     pub samples: Samples,
     /// The base model.
@@ -157,11 +156,11 @@ pub fn fitted<'a>(
         false => Cow::Owned(accelerated(session)),
     };
     let unfiltered = session.as_ref().clone();
-    let Characterised { segments, solution, .. } =
-        pipeline::characterise(unfiltered, bike, pipeline, Formulation::Corrected);
+    let ridden = characterise_once(unfiltered, bike, pipeline, Formulation::Corrected);
+    let Characterised { segments, solution, .. } = &ridden;
     // the estimate above knows of dive, the base model does not
     let session = dive::level(&session, bike).map_or(session, Cow::Owned);
-    let samples = Samples::gather(&session, &segments);
+    let samples = Samples::gather(&session, segments);
     if samples.blocks() < FEWEST {
         let message = format!(
             "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
@@ -170,9 +169,9 @@ pub fn fitted<'a>(
         );
         return Err(refuse("too_few_manoeuvres", message));
     }
-    let base = base::fit(&samples, &Parameters::new(bike, &solution));
+    let base = base::fit(&samples, &Parameters::new(bike, solution));
     let latency = solution.inputs.zeros.latency;
-    Ok(Fitted { session, segments, samples, base, latency })
+    Ok(Fitted { session, ridden, samples, base, latency })
 }
 
 /// A fitted session with its null simulations: all that naming needs but its constants.
@@ -189,7 +188,8 @@ pub struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     /// Simulates the session and scores the candidates on its null simulations.
     pub fn new(fitted: &'a Fitted<'a>, settings: &'a Settings) -> Self {
-        let Fitted { session, segments, samples, base, .. } = fitted;
+        let Fitted { session, ridden, samples, base, .. } = fitted;
+        let segments = &ridden.segments;
         let effects = &settings.effects;
         let start = base.clone().starting_point(samples, effects);
         let seed = seed(&session.meta.session_id);
@@ -268,8 +268,10 @@ pub fn diagnose(
         let calibration = &prepared.calibration;
         advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
     }
+    // where the acceleration was measured, the base fit has characterised the session as it was logged
+    let measured = logged.has(Channel::AccelerationX).then_some(&fitted.ridden);
     let replays = replays.rows(session.rate, simulation, &ident);
-    let model = extended_model(&naming, &ident, logged, bike, pipeline);
+    let model = extended_model(&naming, &ident, (logged, measured), bike, pipeline);
     let site = session.meta.site.clone();
     let Prepared { start, calibration, .. } = prepared;
     Ok(RoadDiagnosis {

@@ -327,8 +327,8 @@ impl Cell<'_> {
     }
 
     fn is_missing(&self) -> bool {
-        let float = self.array.data_type() == &DataType::Float64;
-        self.array.is_null(self.row) || (float && !self.number().is_finite())
+        let float = || matches!(self.array.data_type(), DataType::Float64);
+        self.array.is_null(self.row) || (float() && !self.number().is_finite())
     }
 }
 
