@@ -7,16 +7,14 @@
 use std::error::Error;
 use std::path::Path;
 
-use roadbench::{Bike, Pipeline, Status, fit_log, read_text};
+use roadbench::{Bike, Pipeline, Status, fit_log};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [log, bike] = arguments.as_slice() else {
         return Err("usage: fit_ride LOG BIKE_FILE".into());
     };
-    let bike = Path::new(bike);
-    let name = bike.file_stem().unwrap_or_default().to_string_lossy();
-    let bike = Bike::parse(&read_text(bike)?, &name, bike)?;
+    let bike = Bike::read(Path::new(bike))?;
     let pipeline = Pipeline::read(Path::new("onroad"))?;
     let outcome = fit_log(Path::new(log), &bike, &pipeline)?;
     for c in outcome.coefficients.iter().filter(|c| c.status == Status::Ok) {

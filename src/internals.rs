@@ -599,7 +599,7 @@ pub mod simulate {
         pub use crate::simulate::tour::Tour;
     }
     pub mod track {
-        pub use crate::simulate::track::ridden::{DEGREE, ORIGIN, TrackRide, position};
+        pub use crate::simulate::track::ridden::{ORIGIN, TrackRide, position};
         pub use crate::simulate::track::ride;
         pub use crate::simulate::track::scenario::Track;
         pub use crate::simulate::track::truth::{doings, notes};

@@ -21,7 +21,6 @@ use serde::Deserialize;
 use super::file_kind::FileKind;
 use super::schema::{Key, KeyTable, Removed};
 use crate::GRAVITY;
-use crate::store::objects::files::read_text;
 
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
 const USUAL_SLIP_LAG: f64 = 0.07;
@@ -162,22 +161,10 @@ pub fn schema() -> KeyTable {
 }
 
 impl Bike {
-    /// Reads and checks a bike file.
-    ///
-    /// # Errors
-    /// The file cannot be read, is not TOML, or a key is missing, misspelt or out of range;
-    /// the message names the key.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let text =
-            read_text(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        Self::parse(&text, &stem, path)
-    }
-
     /// Checks the text of a bike file; `path` is for messages only.
     ///
     /// # Errors
-    /// As [`Bike::read`].
+    /// It is not TOML, or a key is missing, misspelt or out of range; the message names the key.
     pub fn parse(text: &str, bike_id: &str, path: &Path) -> Result<Self, Error> {
         let mut table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::Syntax {
             path: path.to_owned(),

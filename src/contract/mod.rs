@@ -8,6 +8,7 @@ pub(crate) mod coefficient;
 pub(crate) mod error_source;
 pub(crate) mod file_kind;
 pub(crate) mod fleet_event;
+pub(crate) mod geodesy;
 pub(crate) mod instant;
 pub(crate) mod reason;
 pub(crate) mod residual_channel;

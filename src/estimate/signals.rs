@@ -17,6 +17,7 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::motorcycle::balance::{Lengths, pitching};
 use crate::tyre::dive::{PITCH_GYRATION, above_axles, contact_arms};
 use crate::tyre::kinematics::{FrontWheel, front_wheel};
 use crate::tyre::tyre::trail_0;
@@ -261,11 +262,9 @@ impl Inputs {
     /// forward, m.
     fn loads(&self, total_x: f64, spin_rate: f64, cos_phi: f64, lift: f64, ahead: f64) -> [f64; 2] {
         let b = &self.bike;
-        let weight = b.mass * GRAVITY * (1.0 + lift) / b.wheelbase;
-        let transfer = (total_x * b.cg_height + spin_rate) * cos_phi / b.wheelbase; // (25b)
-        let ahead = ahead - self.load_lead();
-        let (rear, front) = (b.cg_to_rear() + ahead, b.cg_to_front - ahead);
-        [weight * rear - transfer, weight * front + transfer] // (25a)
+        let weight = b.mass * GRAVITY * (1.0 + lift);
+        let pitching = pitching(total_x, b.cg_height, spin_rate, cos_phi);
+        Lengths::of(b).loads(weight, ahead - self.load_lead(), pitching)
     }
 
     /// Longitudinal signals of straight samples; `action` by sample.

@@ -1,15 +1,13 @@
 //! The yaw rate where none was measured: how fast the course turns, or the path of the position.
 
-use std::f64::consts::{PI, TAU};
-
 use crate::contract::channel::Channel;
+use crate::contract::geodesy::metres_per_degree;
 use crate::contract::session::Session;
+use crate::statistics::angles::wrapped;
 
 /// Half the span of the difference, s: receivers tell 5 to 25 positions a second, rounded; what is quasi-static turns
 /// evenly for longer.
 const HALF: f64 = 0.4;
-/// Metres of a degree of latitude.
-const DEGREE: f64 = 111_194.926_644;
 /// Slowest path whose direction counts, m/s.
 const SLOWEST: f64 = 3.0;
 
@@ -29,9 +27,11 @@ pub(crate) fn yaw_rate(session: &Session) -> Option<Vec<f64>> {
     }
     let north = session.get(Channel::Latitude)?;
     let east = session.get(Channel::Longitude)?;
+    // of the ride's first position: a direction changes less than the roundings of positions do
+    let metres = metres_per_degree(north.iter().copied().find(|x| x.is_finite())?);
     let chord = |a: usize, b: usize| {
-        let y = DEGREE * (north[b] - north[a]);
-        let x = DEGREE * north[a].to_radians().cos() * (east[b] - east[a]);
+        let y = metres[0] * (north[b] - north[a]);
+        let x = metres[1] * (east[b] - east[a]);
         if x.hypot(y) > SLOWEST * span { y.atan2(x) } else { f64::NAN }
     };
     // chords before and after the sample: their directions are those half a chord away
@@ -41,11 +41,6 @@ pub(crate) fn yaw_rate(session: &Session) -> Option<Vec<f64>> {
 
 fn over(n: usize, within: impl Fn(usize) -> bool, rate: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..n).map(|i| if within(i) { rate(i) } else { f64::NAN }).collect()
-}
-
-/// An angle within half a turn, rad.
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]
@@ -69,8 +64,8 @@ mod tests {
         let mut course = Session::new(Meta::default(), rate, n);
         course.set(Channel::Yaw, yaw.iter().map(|a| wrapped(*a)).collect());
         let mut position = Session::new(Meta::default(), rate, n);
-        let across = DEGREE * 47_f64.to_radians().cos();
-        position.set(Channel::Latitude, y.iter().map(|y| 47.0 + y / DEGREE).collect());
+        let [along, across] = metres_per_degree(47.0);
+        position.set(Channel::Latitude, y.iter().map(|y| 47.0 + y / along).collect());
         position.set(Channel::Longitude, x.iter().map(|x| 8.0 + x / across).collect());
         for session in [&course, &position] {
             let found = yaw_rate(session).expect("a course");

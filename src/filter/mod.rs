@@ -24,6 +24,7 @@ use crate::contract::channel::Channel;
 use crate::contract::schema::closest;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
+use crate::statistics::angles::unwrap;
 use crate::statistics::runs::next_run;
 
 pub(crate) mod band;
@@ -135,21 +136,6 @@ fn filter(x: &mut [f64], rate: f64, low: f64, high: f64) -> Vec<Range<usize>> {
         }
     }
     short
-}
-
-/// Takes out the jumps of a whole turn in an angle, rad; missing samples stay.
-fn unwrap(x: &mut [f64]) {
-    use std::f64::consts::{PI, TAU};
-    let mut turns = 0.0;
-    let mut last = f64::NAN;
-    for v in x.iter_mut().filter(|v| v.is_finite()) {
-        let step = *v - last;
-        if step.abs() > PI {
-            turns -= (step / TAU).round() * TAU;
-        }
-        last = *v;
-        *v += turns;
-    }
 }
 
 fn positive<'de, D: Deserializer<'de>>(input: D) -> Result<f64, D::Error> {

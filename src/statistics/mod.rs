@@ -3,6 +3,7 @@
 //!
 //! Ground floor: imports nothing of the other rooms.
 
+pub(crate) mod angles;
 pub(crate) mod bisquare;
 pub(crate) mod bounds;
 pub(crate) mod cluster_covariance;

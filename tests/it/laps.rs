@@ -172,9 +172,8 @@ fn errors(round: &Round, session: &Session, config: &Config, late: f64) -> Vec<[
     let (ground, found) = detect(session, config).expect("laps");
     let [latitude, longitude] = ground.place(found.line.middle);
     // back from where `track::position` puts a point
-    let east = track::DEGREE * track::ORIGIN[0].to_radians().cos();
-    let middle =
-        [(longitude - track::ORIGIN[1]) * east, (latitude - track::ORIGIN[0]) * track::DEGREE];
+    let [north, east] = metres_per_degree(track::ORIGIN[0]);
+    let middle = [(longitude - track::ORIGIN[1]) * east, (latitude - track::ORIGIN[0]) * north];
     let truth = round.passages(middle);
     let near = |t: f64| {
         truth.iter().copied().min_by(|a, b| (a - t).abs().total_cmp(&(b - t).abs())).expect("truth")

@@ -20,6 +20,7 @@ use super::samples::Samples;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
+use crate::motorcycle::balance::{Lengths, pitching};
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::simulate::effects::physics::{Reach, Rolling};
 use crate::tyre::dive::above_axles;
@@ -168,6 +169,7 @@ struct Fixed {
     inertia: [f64; 2],
     ratio: [f64; 2],
     per_mass: f64,
+    lengths: Lengths,
     per_length: f64,
     carcass: [Carcass; 2],
     /// Crowns over the front's.
@@ -186,12 +188,14 @@ struct Fixed {
 impl Fixed {
     fn of(w: &Parameters) -> Self {
         let (l, lf) = (w.wheelbase, w.cg_to_front);
-        let still = [w.mass * GRAVITY * (l - lf) / l, w.mass * GRAVITY * lf / l];
+        let lengths = Lengths::new(lf, l);
+        let still = lengths.loads(w.mass * GRAVITY, 0.0, 0.0);
         let error = &w.model_error;
         Fixed {
             inertia: w.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
             ratio: both(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
             per_mass: 1.0 / w.mass,
+            lengths,
             per_length: 1.0 / l,
             carcass: w.carcasses(),
             crown: w.width.map(|width| width / w.width[0]),
@@ -255,7 +259,7 @@ impl Instant<'_> {
     pub(super) fn longitudinal(&self) -> Forces {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
-        let (m, lf) = (p.mass, p.cg_to_front);
+        let m = p.mass;
         let (v, &Lean { sin_phi, cos_phi, versine, .. }) = (a.v, &a.lean);
         let h = self.height();
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
@@ -282,10 +286,9 @@ impl Instant<'_> {
         let whole = m * self.ax + drag + uphill;
         let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
         let turning = spin_rate + m * p.pitch_gyration * s.divedd[i];
-        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * turning, drag);
-        let lead = load_lead(rolling, fixed.mean_radius) - fixed.above_axles * s.dive[i];
-        let load_rear = (weight * (lf + lead) + transferred) * fixed.per_length;
-        let carried = [weight - load_rear, load_rear];
+        let transferred = error.pitch_moment(pitching(whole, h, turning, cos_phi), drag);
+        let ahead = fixed.above_axles * s.dive[i] - load_lead(rolling, fixed.mean_radius);
+        let carried = fixed.lengths.loads(weight, ahead, transferred);
         let lifted = error.lift(0.0, v);
         let load = both(|k| (carried[k] - lifted).max(0.05 * weight));
         let heat = &s.brakes[i];

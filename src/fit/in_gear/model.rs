@@ -27,6 +27,7 @@ use super::curve::Slip;
 use super::parameters::*;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::motorcycle::balance::{Lengths, pitching};
 use crate::tyre::tyre::slip_stiffness_under;
 
 /// Residuals.
@@ -159,10 +160,9 @@ impl<'a> Model<'a> {
         let (cos, tan) = (lean.cos(), lean.tan());
         let (mass, l) = (theta[MASS], self.wheelbase);
         let weight = mass * GRAVITY;
-        let static_f = weight * (l - theta[ARM]) / l;
-        let transfer = mass * ax_late * theta[HEIGHT] * cos / l;
-        let load_0 = [static_f, weight - static_f];
-        let load = [static_f - transfer, weight - static_f + transfer];
+        let lengths = Lengths::new(theta[ARM], l);
+        let load_0 = lengths.loads(weight, 0.0, 0.0);
+        let load = lengths.loads(weight, 0.0, pitching(mass * ax_late, theta[HEIGHT], 0.0, cos));
         let radius = [0, 1].map(|k| {
             theta[R_F + k] * (1.0 + 1e-6 * theta[GROWTH_F + k] * v * v)
                 - theta[RHO_F + k] * (1.0 - cos)

@@ -13,6 +13,7 @@ use crate::ingest::session_schema::session_table;
 use crate::ingest::warning::warning;
 use crate::statistics::order::{SD_PER_MAD, upper_median};
 
+use crate::statistics::angles::unwrap;
 use Channel::*;
 
 /// Share of samples out of range that is still taken for glitches, not for a wrong unit.
@@ -449,19 +450,6 @@ fn usual_change(x: &[f64]) -> f64 {
         .filter(|d| *d > 0.0)
         .collect();
     upper_median(&mut changes).unwrap_or(f64::INFINITY)
-}
-
-/// Yaw that runs on instead of wrapping at +-pi.
-fn unwrap(yaw: &mut [f64]) {
-    let (mut turns, mut last) = (0.0, f64::NAN);
-    for y in yaw.iter_mut().filter(|y| y.is_finite()) {
-        let step: f64 = *y - last;
-        if step.abs() > std::f64::consts::PI {
-            turns -= (step / std::f64::consts::TAU).round();
-        }
-        last = *y;
-        *y += turns * std::f64::consts::TAU;
-    }
 }
 
 /// Spans in which the bike moves, s; `None` without any channel of its speed.

@@ -12,10 +12,11 @@ use super::view::{View, quantile};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::motorcycle::balance::{
+    LARGEST_FRICTION, front_load_line, rear_braking_limit, tyre_force_per_mass,
+};
 use crate::statistics::clustered_fit;
 
-/// Slip stiffness per load of a road tyre.
-pub(crate) const STIFFNESS: f64 = 20.0;
 /// Lateral acceleration below which it is straight, m/s²: 11 deg of lean.
 const STRAIGHT: f64 = 2.0;
 /// A throttle of this much above its least is closed.
@@ -68,12 +69,8 @@ pub(crate) struct Free {
 impl<'a> Motion<'a> {
     pub(crate) fn new(view: &'a View, bike: &'a Bike) -> Option<Self> {
         let v = view.get(Channel::VelocityX)?;
-        let force = view
-            .rate_of(v)
-            .iter()
-            .zip(v)
-            .map(|(a, v)| a + bike.drag * v * v / bike.mass + GRAVITY * bike.rolling_resistance)
-            .collect();
+        let force =
+            view.rate_of(v).iter().zip(v).map(|(a, v)| tyre_force_per_mass(bike, *v, *a)).collect();
         let wheels = view.get(Channel::WheelSpeedFront).zip(view.get(Channel::WheelSpeedRear));
         let nominal = (bike.front.radius / bike.rear.radius).ln();
         let lateral = view.lateral();
@@ -114,17 +111,14 @@ impl<'a> Motion<'a> {
 
     /// Loads in front and behind as parts of the weight, (3).
     pub(crate) fn loads(&self, force: f64) -> [f64; 2] {
-        let Bike { wheelbase, cg_height, .. } = *self.bike;
-        let front = (self.bike.cg_to_rear() - force / GRAVITY * cg_height) / wheelbase;
-        let front = front.clamp(0.1, 0.9);
+        let (at_rest, loss) = front_load_line(self.bike);
+        let front = (at_rest - loss * force / GRAVITY).clamp(0.1, 0.9);
         [front, 1.0 - front]
     }
 
-    /// Largest deceleration by the rear wheel alone, brake and engine together, m/s²:
-    /// `mu g a / (l + mu h)`, upright; leaning it is less.
-    pub(crate) fn rear_limit(&self, mu: f64) -> f64 {
-        let Bike { wheelbase, cg_height, cg_to_front, .. } = *self.bike;
-        mu * GRAVITY * cg_to_front / (wheelbase + mu * cg_height)
+    /// [`rear_braking_limit`] on the best tyre, m/s².
+    pub(crate) fn rear_limit(&self) -> f64 {
+        rear_braking_limit(self.bike, LARGEST_FRICTION)
     }
 
     /// Fits (2) to the unbraked samples; without both pressures to those that drive, where nobody brakes.

@@ -18,20 +18,19 @@
 //! What stays undecided is no finding.
 
 use super::finding::{Finding, Findings};
-use super::slip::{Free, Motion, STIFFNESS};
+use super::slip::{Free, Motion};
 use super::view::{FEWEST, View, quantile};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::ingest::error::Error;
+use crate::motorcycle::balance::{LARGEST_FRICTION, USUAL_SLIP_STIFFNESS};
 
-/// Friction of the best road tyre on the best road.
-const GRIP: f64 = 1.3;
 /// Means with one brake alone that the bound is judged by: 2 s.
 const ENOUGH: usize = 10;
 /// Standard errors that make evidence.
 const SURE: f64 = 5.0;
-/// A slope of slip over force below this is no evidence, as a share of that of [`STIFFNESS`].
+/// A slope of slip over force below this is no evidence, as a share of that of [`USUAL_SLIP_STIFFNESS`].
 const LEAST_SLOPE: f64 = 0.2;
 /// The force must vary by this much, m/s².
 const LEAST_RANGE: f64 = 1.5;
@@ -49,7 +48,7 @@ const ENGINE_ERROR: (f64, f64) = (0.3, 0.3);
 pub(crate) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
     let Some(motion) = Motion::new(view, bike) else { return Ok(()) };
     let free = motion.free(view);
-    let usual = -1.0 / (GRAVITY * STIFFNESS * motion.loads(0.0)[1]);
+    let usual = -1.0 / (GRAVITY * USUAL_SLIP_STIFFNESS * motion.loads(0.0)[1]);
     if let Some(free) = free.filter(|f| exchanged(f, usual)) {
         out.push(Finding {
             code: "wheels_swapped",
@@ -84,7 +83,7 @@ fn brakes(
     out: &mut Findings<'_>,
 ) -> Result<(), Error> {
     const NAMES: [Channel; 2] = [Channel::BrakePressureFront, Channel::BrakePressureRear];
-    let limit = motion.rear_limit(GRIP);
+    let limit = motion.rear_limit();
     let hardest = [0, 1].map(|brake| {
         let mut d = view.moving(|i| match motion.alone(i) {
             Some(alone) if alone == brake => -motion.force[i],
@@ -94,7 +93,7 @@ fn brakes(
     });
     let beyond = hardest.map(|d| d.filter(|d| d.0 > limit));
     let bound = format!(
-        "rear brake and engine together give {limit:.1} m/s2 at most (friction {GRIP}, the bike \
+        "rear brake and engine together give {limit:.1} m/s2 at most (friction {LARGEST_FRICTION}, the bike \
          file's wheelbase and mass centre)"
     );
     match beyond {
@@ -187,9 +186,9 @@ fn likelihood(view: &View, motion: &Motion<'_>, free: Free, usual: f64) -> Evide
 }
 
 /// `min(z_r², 9) - min(z_f², 9)` of one mean: positive for the front brake. `softness` is the tyres' slip per
-/// force over that of [`STIFFNESS`].
+/// force over that of [`USUAL_SLIP_STIFFNESS`].
 fn ratio(motion: &Motion<'_>, slip: f64, d: f64, engine: f64, softness: f64) -> f64 {
-    let [front, rear] = motion.loads(-d).map(|n| softness / (GRAVITY * STIFFNESS * n));
+    let [front, rear] = motion.loads(-d).map(|n| softness / (GRAVITY * USUAL_SLIP_STIFFNESS * n));
     let (by_front, by_rear) = ((engine - d) * front + engine * rear, d * rear);
     let engine_error = (ENGINE_ERROR.0 * engine).hypot(ENGINE_ERROR.1) * (front + rear);
     let tyres = SLIP_ERROR.1 * by_front.abs().max(by_rear.abs());

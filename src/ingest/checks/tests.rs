@@ -8,6 +8,7 @@ use rand_distr::{Distribution, Normal, Uniform};
 
 use super::*;
 use crate::GRAVITY;
+use crate::contract::geodesy::metres_per_degree;
 use crate::contract::session::Meta;
 use crate::ingest::checks::switches::{CHECKS, Check};
 
@@ -84,9 +85,9 @@ pub(crate) fn ride(seed: u64) -> Session {
         put(Channel::WheelSpeedRear, noisy(v / radius_r * (1.0 + slip_r), 0.3));
         put(Channel::BrakePressureFront, noisy(5e5 * front_brake.max(0.0), 5e3));
         put(Channel::BrakePressureRear, noisy(8e5 * rear_brake.max(0.0), 5e3));
-        let metres = 6.371e6_f64.to_radians();
-        put(Channel::Latitude, noisy(45.0 + y / metres, 3e-6));
-        put(Channel::Longitude, noisy(9.0 + x / metres / 45.0_f64.to_radians().cos(), 3e-6));
+        let [north, east] = metres_per_degree(45.0);
+        put(Channel::Latitude, noisy(45.0 + y / north, 3e-6));
+        put(Channel::Longitude, noisy(9.0 + x / east, 3e-6));
         last_roll = roll;
     }
     let mut session = Session::new(Meta::default(), RATE, n);

@@ -2,6 +2,7 @@
 
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::geodesy::metres_per_degree;
 use crate::contract::session::Session;
 use crate::statistics::order;
 
@@ -180,13 +181,11 @@ impl View {
     pub(crate) fn track(&self) -> Option<(Vec<f64>, Vec<f64>)> {
         let lat = self.get(Channel::Latitude)?;
         let lon = self.get(Channel::Longitude)?;
-        // metres of a sphere, small differences: 0.5 % of the ellipsoid
-        let metres = 6.371e6_f64.to_radians();
+        let metres = metres_per_degree(lat.iter().copied().find(|x| x.is_finite())?);
         let half = self.half_track();
         let span = 2.0 * half as f64 * self.step;
-        let north = centred(lat, half, |w| (w[2 * half] - w[0]) * metres / span);
-        let mut east = centred(lon, half, |w| (w[2 * half] - w[0]) * metres / span);
-        east.iter_mut().zip(lat).for_each(|(e, lat)| *e *= lat.to_radians().cos());
+        let north = centred(lat, half, |w| (w[2 * half] - w[0]) * metres[0] / span);
+        let east = centred(lon, half, |w| (w[2 * half] - w[0]) * metres[1] / span);
         let speed: Vec<f64> = north.iter().zip(&east).map(|(n, e)| n.hypot(*e)).collect();
         let turn = (0..lat.len())
             .map(|i| {

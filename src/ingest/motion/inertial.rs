@@ -6,6 +6,7 @@
 //! come from them.
 
 use crate::contract::channel::Channel as C;
+use crate::contract::geodesy::metres_per_degree;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::ingest::clock::Clocked;
@@ -38,8 +39,6 @@ const UNKNOWN_ARM: f64 = 0.3;
 const MEASURED_ARM: f64 = 0.02;
 /// A receiver that repeats its last numbers for longer than this has really stood still, s.
 const REPEATS: f64 = 1.05;
-/// Metres of a degree of latitude.
-const DEGREE: f64 = 111_194.926_644;
 
 /// The receiver's instants, if the log has an inertial unit. Its own channels are taken out of the log; its speed stays as
 /// forward velocity where there is no other.
@@ -88,7 +87,7 @@ fn epochs(log: &Clocked) -> Vec<Epoch> {
         [C::Course, C::Climb, C::Latitude, C::Longitude, C::Altitude].map(near);
     let origin = latitude.iter().zip(&longitude).find(|(a, b)| a.is_finite() && b.is_finite());
     let (north, east) = origin.map_or((0.0, 0.0), |(a, b)| (*a, *b));
-    let width = DEGREE * north.to_radians().cos();
+    let metres = metres_per_degree(north);
     let mut out: Vec<Epoch> = Vec::new();
     for (i, time) in clock.stamps.iter().enumerate() {
         let epoch = Epoch {
@@ -96,7 +95,11 @@ fn epochs(log: &Clocked) -> Vec<Epoch> {
             speed: speed.values[i],
             course: course[i],
             climb: climb[i],
-            place: [DEGREE * (latitude[i] - north), -width * (longitude[i] - east), altitude[i]],
+            place: [
+                metres[0] * (latitude[i] - north),
+                -metres[1] * (longitude[i] - east),
+                altitude[i],
+            ],
         };
         if !epoch.speed.is_finite() {
             continue;

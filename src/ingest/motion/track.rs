@@ -1,9 +1,6 @@
 //! Speeds of a satellite track.
 
-/// The ellipsoid of the satellites' positions, WGS 84: largest radius, m, and squared eccentricity. A sphere would be
-/// wrong by up to 0.5 %.
-const RADIUS: f64 = 6_378_137.0;
-const ECCENTRICITY: f64 = 6.694_379_990_14e-3;
+use crate::contract::geodesy::distance;
 
 /// Speeds are compared over stretches of at least this, s: positions are rounded.
 const STRETCH: f64 = 1.0;
@@ -13,17 +10,6 @@ const LONGEST: f64 = 3.0;
 const SLOWEST: f64 = 3.0;
 /// Fewest stretches that tell anything.
 const FEWEST: usize = 20;
-
-/// Distance between two positions (degrees north and east) that are near each other, m.
-pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let latitude = (0.5 * (a[0] + b[0])).to_radians();
-    let flat = 1.0 - ECCENTRICITY * latitude.sin().powi(2);
-    let across = RADIUS / flat.sqrt(); // of curvature from east to west
-    let along = across * (1.0 - ECCENTRICITY) / flat;
-    // over the date line
-    let east = (b[1] - a[1] + 540.0).rem_euclid(360.0) - 180.0;
-    (along * (b[0] - a[0]).to_radians()).hypot(across * latitude.cos() * east.to_radians())
-}
 
 /// How many times the speed of the positions in m/s a column of speeds is; `None` if they tell too little.
 ///

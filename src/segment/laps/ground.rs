@@ -1,13 +1,10 @@
 //! Where the motorcycle was: positions in metres about the middle of the ride, and the distance ridden.
 
-use std::f64::consts::PI;
-
 use crate::contract::channel::Channel;
+use crate::contract::geodesy::metres_per_degree;
 use crate::contract::session::Session;
 use crate::statistics::order::median_of_finite;
 
-/// Metres of a degree of latitude, on a sphere of the earth's mean radius.
-const DEGREE: f64 = 6_371_008.8 * PI / 180.0;
 /// Half the time over which positions are averaged, s.
 const HALF: f64 = 0.25;
 /// Half the time over which a direction is taken, s.
@@ -85,8 +82,8 @@ impl Ground {
 
     /// A point as latitude and longitude, degrees.
     pub fn place(&self, p: Point) -> Point {
-        let east = DEGREE * self.origin[0].to_radians().cos();
-        [self.origin[0] + p[1] / DEGREE, self.origin[1] + p[0] / east]
+        let [north, east] = metres_per_degree(self.origin[0]);
+        [self.origin[0] + p[1] / north, self.origin[1] + p[0] / east]
     }
 
     /// How many samples there are.
@@ -127,8 +124,8 @@ pub(crate) fn interpolated(x: &[f64], place: f64) -> f64 {
 }
 
 fn metres(origin: Point, place: Point) -> Point {
-    let east = DEGREE * origin[0].to_radians().cos();
-    [(place[1] - origin[1]) * east, (place[0] - origin[0]) * DEGREE]
+    let [north, east] = metres_per_degree(origin[0]);
+    [(place[1] - origin[1]) * east, (place[0] - origin[0]) * north]
 }
 
 /// Missing speeds are those before, and never below zero: a gap is ridden through.

@@ -21,14 +21,16 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::motorcycle::balance::{
+    LARGEST_FRICTION, front_load_line, rear_braking_limit, tyre_force_per_mass,
+};
+use crate::statistics::angles::unwrap;
 use crate::statistics::bisquare;
 use crate::statistics::order::upper_median;
 
 /// Coarse clock aimed at, Hz.
 const RATE: f64 = 25.0;
 
-/// Friction of the best road tyre on the best road.
-const GRIP: f64 = 1.3;
 /// A line pressure above this is a brake that is on, Pa.
 const PRESSED: f64 = 2.5e4;
 
@@ -127,9 +129,8 @@ impl Features {
             }
             None => change,
         };
-        let resistance = |v: f64| bike.drag * v * v / bike.mass + GRAVITY * bike.rolling_resistance;
         let mut surplus: Vec<f64> =
-            (0..n).map(|i| acceleration[i] + resistance(speed[i])).collect();
+            (0..n).map(|i| tyre_force_per_mass(bike, speed[i], acceleration[i])).collect();
         let rolling = free_rolling(&speed, &lean, &acceleration, &surplus, rate);
         if let Some(zero) = rolling.as_deref().and_then(|on| median_where(&surplus, |i| on[i])) {
             surplus.iter_mut().for_each(|e| *e -= zero);
@@ -158,8 +159,7 @@ impl Features {
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
             .map(|c| mean(c).map(over_zero));
         let (throttle, gear) = (mean(Channel::Throttle), mean(Channel::Gear));
-        let (static_front, transfer) =
-            (bike.cg_to_rear() / bike.wheelbase, bike.cg_height / bike.wheelbase);
+        let (static_front, transfer) = front_load_line(bike);
         let pressed: Vec<bool> =
             (0..n).map(|i| pressure.iter().flatten().any(|p| p[i] > PRESSED)).collect();
         let engine = Engine::learn(&Ride {
@@ -195,10 +195,12 @@ impl Features {
             }
             _ => None,
         };
-        let rear_limit =
-            GRIP * GRAVITY * bike.cg_to_front / (bike.wheelbase + GRIP * bike.cg_height);
+        let rear_limit = rear_braking_limit(bike, LARGEST_FRICTION);
         let heading = match (mean(Channel::Yaw), yaw_rate) {
-            (Some(yaw), _) => Some(unwrap(yaw)),
+            (Some(mut yaw), _) => {
+                unwrap(&mut yaw);
+                Some(yaw)
+            }
             (None, Some(r)) => Some(integrate(&r, rate, &speed)),
             _ => None,
         };
@@ -257,8 +259,9 @@ fn driven_stiffness(
 
 /// Rate of turn without a gyro; `None` without heading and track.
 fn turn(mean: &dyn Fn(Channel) -> Option<Vec<f64>>, rate: f64) -> Option<Vec<f64>> {
-    if let Some(yaw) = mean(Channel::Yaw) {
-        return Some(course::of_heading(&unwrap(yaw), rate));
+    if let Some(mut yaw) = mean(Channel::Yaw) {
+        unwrap(&mut yaw);
+        return Some(course::of_heading(&yaw, rate));
     }
     Some(course::of_track(&mean(Channel::Latitude)?, &mean(Channel::Longitude)?, rate))
 }
@@ -390,23 +393,6 @@ fn over_zero(mut p: Vec<f64>) -> Vec<f64> {
     p
 }
 
-/// Takes out the jumps of a whole turn; missing values keep the last one.
-fn unwrap(mut yaw: Vec<f64>) -> Vec<f64> {
-    use std::f64::consts::TAU;
-    let (mut last, mut turns) = (f64::NAN, 0.0);
-    for v in &mut yaw {
-        if !v.is_finite() {
-            continue;
-        }
-        if last.is_finite() {
-            turns -= TAU * ((*v + turns - last) / TAU).round();
-        }
-        *v += turns;
-        last = *v;
-    }
-    yaw
-}
-
 /// Heading from its rate; the zero of the rate is its median at standstill, if there is any.
 fn integrate(rate: &[f64], clock: f64, speed: &[f64]) -> Vec<f64> {
     let zero = median_where(rate, |i| speed[i].abs() < 0.2).unwrap_or(0.0);
@@ -445,13 +431,13 @@ mod tests {
 
     #[test]
     fn headings_run_on() {
-        let wrapped: Vec<f64> = (0..100)
+        let mut y: Vec<f64> = (0..100)
             .map(|i| {
                 let a = 0.2 * f64::from(i);
                 a.sin().atan2(a.cos())
             })
             .collect();
-        let y = unwrap(wrapped);
+        unwrap(&mut y);
         assert!((y[99] - 0.2 * 99.0).abs() < 1e-9);
         let h = integrate(&[0.5, 0.5, 0.6, 0.6], 10.0, &[0.0, 0.0, 5.0, 5.0]);
         assert!((h[3] - 0.02).abs() < 1e-12);

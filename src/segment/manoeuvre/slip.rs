@@ -1,8 +1,6 @@
 //! Which tyre has the force, by the wheels' slip.
 
-/// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
-/// paper's reference 26.
-pub(crate) const SLIP_STIFFNESS: f64 = 19.0;
+pub(crate) use crate::motorcycle::balance::USUAL_SLIP_STIFFNESS as SLIP_STIFFNESS;
 
 /// Front share `x` of a braking force (as part of the weight): `slip = force (x / (K n_f) - (1 - x) / (K_r n_r))` with
 /// [`SLIP_STIFFNESS`] in front, `stiffness` behind and the front load `on_front` as part of the weight.

@@ -32,12 +32,45 @@ mod tests {
     use super::state::N;
     use super::*;
     use crate::GRAVITY;
+    use crate::motorcycle::balance::{Lengths, pitching};
     use crate::simulate::programme::Lean;
     use crate::simulate::rider::steer_as_felt;
     use crate::simulate::scenario::Scenario;
+    use crate::tyre::tyre_model::load_lead;
 
     fn plant() -> Plant {
         Scenario::builtin("perfect").expect("scenario").nominal_plant()
+    }
+
+    /// The estimate's balance and the simulator's are written apart: loads that are solved together with the tyres' forces
+    /// against loads that follow from the acceleration.
+    #[test]
+    fn loads_are_those_of_the_balance() {
+        let p = plant();
+        for (brake, drive) in [([0.0; 2], 0.0), ([250.0, 60.0], 0.0), ([0.0; 2], 180.0)] {
+            let mut s = State { vx: 25.0, ..State::default() };
+            s.omega = [25.0 / p.tyres[0].rolling_radius, 25.0 / p.tyres[1].rolling_radius];
+            let action = Action { brake, drive, ..Action::default() };
+            for _ in 0..40 {
+                p.advance(&mut s, &action, 0.01);
+            }
+            let response = p.response(&s, &action);
+            let rates = p.rates(&s, &action);
+            let along = p.mass * response.acceleration[0] + p.drag * s.vx * s.vx;
+            let turning = (0..2).map(|k| p.wheel_inertia[k] * rates.omega[k]).sum::<f64>();
+            let lever =
+                (0..2).map(|k| p.carcass(k, response.load[k]).lever_arm(response.load[k], 0.0));
+            let lead = load_lead(p.tyres[0].rolling_resistance, 0.5 * lever.sum::<f64>());
+            let loads = Lengths::new(p.cg_to_front, p.wheelbase).loads(
+                p.mass * GRAVITY,
+                -lead,
+                pitching(along, p.cg_height, turning, 1.0),
+            );
+            for k in 0..2 {
+                let off = (loads[k] - response.load[k]) / (p.mass * GRAVITY);
+                assert!(off.abs() < 3e-4, "{brake:?} {drive}: {loads:?} {:?}", response.load);
+            }
+        }
     }
 
     #[test]

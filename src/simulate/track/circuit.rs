@@ -7,7 +7,8 @@
 //! The smoothing is of positions and goes round, so that the line closes by construction and its
 //! curvature has no steps, as no road and no rider's line has.
 
-use std::f64::consts::{PI, TAU};
+use crate::statistics::angles::wrapped;
+use std::f64::consts::TAU;
 
 use crate::statistics::random::Random;
 
@@ -161,11 +162,6 @@ impl Circuit {
         let (dx, dy) = (p[0] - self.points[k][0], p[1] - self.points[k][1]);
         (best as f64 * self.spacing + dx * cos + dy * sin, dy * cos - dx * sin)
     }
-}
-
-/// An angle between -pi and pi.
-pub(crate) fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -2,12 +2,11 @@
 
 use super::rider::Hands;
 use super::scenario::Entry;
+use crate::contract::geodesy::metres_per_degree;
 use crate::simulate::ride::MultibodyRide;
 
 /// The start line: latitude and longitude, degrees.
 pub const ORIGIN: [f64; 2] = [44.3439, 11.7167];
-/// Metres of a degree of latitude.
-pub const DEGREE: f64 = 111_194.926_644;
 /// Lean from which it is a corner, rad.
 pub(crate) const CORNER: f64 = 0.21;
 
@@ -28,6 +27,6 @@ pub struct TrackRide {
 
 /// Latitude and longitude of a point of the road, degrees; x points east and y north.
 pub fn position(p: [f64; 2]) -> [f64; 2] {
-    let east = DEGREE * ORIGIN[0].to_radians().cos();
-    [ORIGIN[0] + p[1] / DEGREE, ORIGIN[1] + p[0] / east]
+    let [north, east] = metres_per_degree(ORIGIN[0]);
+    [ORIGIN[0] + p[1] / north, ORIGIN[1] + p[0] / east]
 }

@@ -1,10 +1,11 @@
 //! The rider of the track: along the line by lean, as fast as the profile by throttle and brakes.
 
-use super::circuit::{Circuit, Limits, profile, wrapped};
+use super::circuit::{Circuit, Limits, profile};
 use super::drivetrain::Drivetrain;
 use crate::GRAVITY;
 use crate::simulate::multibody::{Action, Model, Scratch, State, joint};
 use crate::simulate::preview::Preview;
+use crate::statistics::angles::wrapped;
 use crate::statistics::random::Random;
 
 /// How fast the line is come back to, m/s: the faster, the slower. With more the steering's own transient, by which

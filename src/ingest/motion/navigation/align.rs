@@ -10,6 +10,7 @@
 //! Means over the windows between two epochs are compared with differences over the same windows: no filter, so no
 //! delay of its own.
 
+use crate::statistics::angles::wrapped;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::log::{Epoch, Log};
@@ -104,11 +105,6 @@ impl Sums {
         let n = (to - from) * self.rate;
         Some([0, 3].map(|at| Vector3::from_fn(|k, _| (b[at + k] - a[at + k]) / n)))
     }
-}
-
-/// An angle between minus and plus half a turn.
-pub(super) fn wrapped(angle: f64) -> f64 {
-    (angle + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }
 
 /// Course from the places, where the receiver gives none.

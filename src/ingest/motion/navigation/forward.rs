@@ -1,8 +1,9 @@
 //! The filter from the first sample to the last.
 
+use crate::statistics::angles::wrapped;
 use nalgebra::{Rotation3, Vector3};
 
-use super::align::{Alignment, wrapped};
+use super::align::Alignment;
 use super::level::Felt;
 use super::log::{Epoch, Log};
 use super::products::{add_outer, times};

@@ -9,6 +9,7 @@ pub(crate) use super::level::OUTPUTS;
 use super::level::outputs;
 use super::products::times;
 use super::state::{Covariance, DELAY, Errors, FORCE, GYRO, MOUNT, SCALE, State, THETA, V};
+use crate::statistics::angles::unwrap;
 
 /// Their names in `session.v1`.
 pub const NAMES: [&str; OUTPUTS] = [
@@ -88,15 +89,6 @@ pub(super) fn level(problem: &Problem<'_>, begin: &Begin, first: &Stand) -> (Smo
     }
     unwrap(&mut out.values[6]);
     (smoothed, out, delay_sd)
-}
-
-/// A heading without jumps.
-fn unwrap(yaw: &mut [f64]) {
-    let mut last = None;
-    for y in yaw.iter_mut().filter(|y| y.is_finite()) {
-        *y = last.map_or(*y, |last: f64| last + super::align::wrapped(*y - last));
-        last = Some(*y);
-    }
 }
 
 /// Standard deviations of the outputs at a step.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::ingest::raw::Column;
+use crate::statistics::angles::unwrap_circle;
 use crate::statistics::order;
 
 /// Rate of the common clock, Hz.
@@ -154,18 +155,9 @@ pub(super) fn earlier(x: &[f64], delay: f64) -> Vec<f64> {
 
 /// An angle without the jumps of a circle.
 pub(super) fn unwrapped(x: &[f64], circle: f64) -> Vec<f64> {
-    let (mut turns, mut last) = (0.0, f64::NAN);
-    x.iter()
-        .map(|&v| {
-            if last.is_finite() && v.is_finite() {
-                turns -= ((v - last) / circle).round();
-            }
-            if v.is_finite() {
-                last = v;
-            }
-            v + turns * circle
-        })
-        .collect()
+    let mut out = x.to_vec();
+    unwrap_circle(&mut out, circle);
+    out
 }
 
 /// A straight line through points, those far off it left out of slope and offset.

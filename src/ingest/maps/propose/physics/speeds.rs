@@ -7,6 +7,7 @@ use super::signal::{self, RATE, change, line, mean, regression};
 use super::verdict::{FAR, Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::geodesy::metres_per_degree;
 use crate::ingest::maps::units;
 
 /// Half of the time over which positions give a speed, points: 0.5 s.
@@ -86,13 +87,9 @@ pub(super) fn position(log: &Log<'_>) -> Option<Position> {
         units::conversion(unit, "deg").map_or(1.0, |c| c.factor)
     };
     let (fa, fo) = (degrees(lat), degrees(lon));
-    let middle = (signal::quantile(log.x(lat), 0.5) * fa).to_radians();
-    // radii of curvature of the ellipsoid WGS 84
-    let (a, e2): (f64, f64) = (6_378_137.0, 0.006_694_38);
-    let w = (1.0 - e2 * middle.sin().powi(2)).sqrt();
-    let (north, east) = (a * (1.0 - e2) / w.powi(3), a / w * middle.cos());
+    let [north, east] = metres_per_degree(signal::quantile(log.x(lat), 0.5) * fa);
     let along = |x: &[f64], factor: f64| -> Vec<f64> {
-        change(x, SPAN).iter().map(|v| (v * factor).to_radians()).collect()
+        change(x, SPAN).iter().map(|v| v * factor).collect()
     };
     let vn: Vec<f64> = along(log.x(lat), fa).iter().map(|v| v * north).collect();
     let ve: Vec<f64> = along(log.x(lon), fo).iter().map(|v| v * east).collect();
