@@ -27,11 +27,16 @@ pub fn smooth(x: &[f64], rate: f64) -> Vec<f64> {
         // weight by weight over a few samples: their sums need not wait for each other
         let (own, last) = out[whole.clone()].as_chunks_mut::<CHUNK>();
         let mut first = whole.start.saturating_sub(wanted);
-        for sums in own {
-            *sums = [0.0; CHUNK];
-            for (near, w) in x[first..].windows(CHUNK).zip(&weights[wanted]) {
-                sums.iter_mut().zip(near).for_each(|(sum, x)| *sum += x * w);
+        for out in own {
+            let near = &x[first..first + 2 * wanted + CHUNK];
+            let mut sums = [0.0; CHUNK];
+            for (k, w) in weights[wanted].iter().enumerate() {
+                let Some(near) = near[k..].first_chunk::<CHUNK>() else { break };
+                for (sum, x) in sums.iter_mut().zip(near) {
+                    *sum += x * w;
+                }
             }
+            *out = sums;
             first += CHUNK;
         }
         for (sum, near) in last.iter_mut().zip(x[first..].windows(2 * wanted + 1)) {
@@ -62,10 +67,11 @@ fn weights(half: usize) -> Vec<f64> {
 pub(crate) fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
     let half = (0.5 * window * rate) as usize;
     let mean = |x: &[f64]| -> Vec<f64> {
-        let mut sums = Vec::with_capacity(x.len() + 1);
-        sums.push(0.0);
-        for (i, x) in x.iter().enumerate() {
-            sums.push(sums[i] + x);
+        let mut sum = 0.0;
+        let mut sums = vec![0.0; x.len() + 1];
+        for (after, x) in sums[1..].iter_mut().zip(x) {
+            sum += x;
+            *after = sum;
         }
         let end = |i: usize| {
             let half = half.min(i).min(x.len() - 1 - i);
