@@ -1,5 +1,6 @@
 //! A `session.v1` table that is in memory already, as Arrow batches.
 
+use crate::contract::rejection::RejectionCode;
 use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
@@ -30,8 +31,9 @@ pub fn read_table(
         let mut columns = vec![Vec::new(); wanted.len()];
         for batch in batches {
             for (column, &i) in columns.iter_mut().zip(wanted) {
-                append(column, batch.column(i).clone())
-                    .map_err(|message| Error::new("wrong_type", format!("{name}: {message}")))?;
+                append(column, batch.column(i).clone()).map_err(|message| {
+                    Error::new(RejectionCode::WrongType, format!("{name}: {message}"))
+                })?;
             }
         }
         Ok(columns)

@@ -1,5 +1,6 @@
 //! A channel map fitted to a log: names and units of the map against those of the log's channels.
 
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::listing::{Listing, SourceChannel};
 use crate::ingest::maps::units;
@@ -35,7 +36,7 @@ pub(crate) fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Err
     }
     if fitted.entries.is_empty() {
         let message = format!("channel map {} takes nothing from this log", map.name);
-        return Err(Error::new("no_channel_map", message));
+        return Err(Error::new(RejectionCode::NoChannelMap, message));
     }
     Ok(fitted)
 }
@@ -69,11 +70,11 @@ fn entry_for(entry: &Entry, found: &[&SourceChannel]) -> Result<Entry, Error> {
                 agreed.unit,
                 channel.full()
             );
-            return Err(Error::new("unit_mismatch", message));
+            return Err(Error::new(RejectionCode::UnitMismatch, message));
         }
         agreed.unit = unit;
     }
-    agreed.convert().map_err(|e| Error::new("unknown_unit", e))?;
+    agreed.convert().map_err(|e| Error::new(RejectionCode::UnknownUnit, e))?;
     Ok(agreed)
 }
 
@@ -94,13 +95,13 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                  the log is wrong add `file_unit = \"{own}\"`",
                 entry.unit
             );
-            Err(Error::new("unit_mismatch", message))
+            Err(Error::new(RejectionCode::UnitMismatch, message))
         }
         (false, Some(own)) => match entry.converted(own) {
             Ok(_) => Ok(own.to_owned()),
             Err(e) => {
                 let message = format!("`{name}`: the log gives the {e}; say it with `unit`");
-                Err(Error::new("unknown_unit", message))
+                Err(Error::new(RejectionCode::UnknownUnit, message))
             }
         },
         (false, None) if entry.unit == "1" => Ok(entry.unit.clone()),
@@ -109,7 +110,7 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                 "the log gives no unit for `{name}`; say it in the map, e.g. `unit = \"{}\"`",
                 entry.unit
             );
-            Err(Error::new("unknown_unit", message))
+            Err(Error::new(RejectionCode::UnknownUnit, message))
         }
     }
 }

@@ -11,6 +11,7 @@
 //! `SI` converts from `unit`. `radius` turns a wheel's surface speed into spin, `ratio` a
 //! motor's spin into the wheel's.
 
+use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -218,7 +219,7 @@ impl ChannelMap {
             for source in others.iter().map(|other| &columns[*other]) {
                 if !Arc::ptr_eq(&source.time, &time) {
                     return Err(Error::new(
-                        "mixed_clocks",
+                        RejectionCode::MixedClocks,
                         format!(
                             "channel map {}: {} is the mean of columns with different clocks",
                             self.name, entry.channel
@@ -250,7 +251,7 @@ impl ChannelMap {
              map's `from` or take the entry out",
             self.name
         );
-        Error::new("missing_column", message)
+        Error::new(RejectionCode::MissingColumn, message)
     }
 }
 
