@@ -12,7 +12,7 @@ pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
     let error = py
         .import("roadbench._errors")
         .and_then(|module| module.getattr("Rejected"))
-        .and_then(|class| class.call1((why.stage.name(), why.code.name(), why.message.as_str())));
+        .and_then(|class| class.call1((why.stage, why.code, why.message.as_str())));
     error.map_or_else(|e| e, PyErr::from_value)
 }
 

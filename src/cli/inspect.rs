@@ -157,7 +157,7 @@ fn inspect(
     if known.is_some() && pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
         match ingest::check(&mut session, known, config) {
             Ok(more) => warnings.extend(more),
-            Err(e) => rejected = Some(Reason { code: e.code.name(), message: e.message }),
+            Err(e) => rejected = Some(Reason { code: e.code, message: e.message }),
         }
     }
     for c in &mut channels {

@@ -1,7 +1,6 @@
 //! Session, bike and start time from a log's path, and the check of ids.
 
 use crate::contract::instant;
-use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::store::objects::Location;
@@ -47,7 +46,7 @@ pub(super) fn checked(mut meta: Meta) -> Result<Meta, Error> {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {
         return Err(Error::new(
-            RejectionCode::BadBikeId,
+            "bad_bike_id",
             format!(
                 "bike_id {:?} cannot name a file; use letters, digits, `.`, `_` and `-`, \
                  and no `.` in front",
@@ -59,7 +58,7 @@ pub(super) fn checked(mut meta: Meta) -> Result<Meta, Error> {
     let elsewhere = |c: char| c == '/' || c == '\\' || c.is_control();
     if id.is_empty() || id.starts_with('.') || id.len() > 200 || id.contains(elsewhere) {
         return Err(Error::new(
-            RejectionCode::BadSessionId,
+            "bad_session_id",
             format!(
                 "session_id {id:?} cannot name a file; it must not be empty, start with `.`, \
                  contain a slash or be longer than 200 bytes"

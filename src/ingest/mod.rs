@@ -32,7 +32,7 @@ pub(crate) mod write;
 pub(crate) use checks::{check, look};
 pub(crate) use clock::extent::extent;
 pub(crate) use config::Config;
-pub(crate) use error::Error;
+pub(crate) use error::{CHANGED, Error, UNREACHABLE, UNREADABLE};
 pub(crate) use formats::detect::format_of;
 pub(crate) use raw::{Identified, Raw, Track};
 pub(crate) use write::{session_bytes, write_session};
@@ -157,8 +157,8 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 mod tests {
     use std::io::ErrorKind;
 
+    use super::error::DAMAGED;
     use super::*;
-    use crate::contract::rejection::RejectionCode;
     use crate::store::objects::faults;
 
     #[test]
@@ -171,14 +171,11 @@ mod tests {
             };
             whole(&log, reader).map_err(|e| e.code)
         };
-        let damaged = || Err(Error::new(RejectionCode::Damaged, "cut off"));
+        let damaged = || Err(Error::new(DAMAGED, "cut off"));
         assert_eq!(read(Ok(7), None), Ok(7));
-        assert_eq!(read(damaged(), None), Err(RejectionCode::Damaged));
+        assert_eq!(read(damaged(), None), Err(DAMAGED));
         for made in [Ok(7), damaged()] {
-            assert_eq!(
-                read(made, Some(ErrorKind::PermissionDenied)),
-                Err(RejectionCode::Unreadable)
-            );
+            assert_eq!(read(made, Some(ErrorKind::PermissionDenied)), Err(UNREADABLE));
         }
         // its end is what every reader comes to
         assert_eq!(read(Ok(7), Some(ErrorKind::UnexpectedEof)), Ok(7));
@@ -192,12 +189,12 @@ mod tests {
             Error::unreadable(&log, &kind.into()).code
         };
         for (kind, here, in_a_store) in [
-            (ErrorKind::PermissionDenied, RejectionCode::Unreadable, RejectionCode::Unreachable),
-            (ErrorKind::NotFound, RejectionCode::Unreadable, RejectionCode::Unreachable),
-            (ErrorKind::Other, RejectionCode::Unreadable, RejectionCode::Unreachable),
-            (ErrorKind::InvalidData, RejectionCode::Damaged, RejectionCode::Damaged),
-            (ErrorKind::UnexpectedEof, RejectionCode::Damaged, RejectionCode::Damaged),
-            (ErrorKind::AlreadyExists, RejectionCode::Unreadable, RejectionCode::Changed),
+            (ErrorKind::PermissionDenied, UNREADABLE, UNREACHABLE),
+            (ErrorKind::NotFound, UNREADABLE, UNREACHABLE),
+            (ErrorKind::Other, UNREADABLE, UNREACHABLE),
+            (ErrorKind::InvalidData, DAMAGED, DAMAGED),
+            (ErrorKind::UnexpectedEof, DAMAGED, DAMAGED),
+            (ErrorKind::AlreadyExists, UNREADABLE, CHANGED),
         ] {
             assert_eq!((code(kind, "a.csv"), code(kind, "s3://b/a.csv")), (here, in_a_store));
         }

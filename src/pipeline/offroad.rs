@@ -5,8 +5,6 @@ use super::rows::{manoeuvres, name_machine, provenance, session, warnings};
 use super::settings::Pipeline;
 use super::stages::{OffroadForces, offroad_forces};
 use crate::contract::bike::Bike;
-use crate::contract::rejection::RejectionCode;
-use crate::contract::rejection::Stage;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Config};
@@ -45,8 +43,8 @@ pub(super) fn run(
         true => Some(
             offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(
                 |message| Rejection {
-                    stage: Stage::Estimate,
-                    code: RejectionCode::InternalError,
+                    stage: "estimate",
+                    code: "internal_error",
                     message,
                     limits: None,
                 },

@@ -1,7 +1,5 @@
 //! The tables of a road session.
 
-use crate::contract::rejection::RejectionCode;
-use crate::contract::rejection::Stage;
 use arrow::array::RecordBatch;
 
 use super::outcome::{Input, Outcome, Rejection};
@@ -143,8 +141,8 @@ fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<Record
         (&data.corner, &corner),
     ];
     estimate::table::batch(&session.meta, &sets).map_err(|message| Rejection {
-        stage: Stage::Estimate,
-        code: RejectionCode::InternalError,
+        stage: "estimate",
+        code: "internal_error",
         message,
         limits: None,
     })

@@ -352,7 +352,7 @@ fn refused(name: &str, bytes: &[u8]) -> (&'static str, String) {
     let error = ingest::read(&path, &[])
         .and_then(|raw| ingest::run(raw, &Config::default()))
         .expect_err("refused");
-    (error.code.name(), error.message)
+    (error.code, error.message)
 }
 
 fn bytes_of(session: &Session) -> Vec<u8> {

@@ -1,7 +1,5 @@
 //! One log of a batch, from its bytes to its files or its row of `rejected`.
 
-use crate::contract::rejection::RejectionCode;
-use crate::contract::rejection::Stage;
 use std::fs::Metadata;
 use std::time::SystemTime;
 
@@ -14,8 +12,9 @@ use crate::batch::settings::Settings;
 use crate::batch::store::folder::Store;
 use crate::batch::store::marker::Committed;
 use crate::batch::store::parts;
+use crate::batch::workers::blame;
 use crate::contract::instant;
-use crate::ingest::{self, Identified};
+use crate::ingest::{self, CHANGED, Identified};
 use crate::pipeline::{Input, Rejection};
 use crate::store::objects::Location;
 use crate::store::tables::registry;
@@ -136,12 +135,7 @@ fn same<R>(
          roadbench, please report it",
         job.meta.session_id
     );
-    Err(Rejection {
-        stage: Stage::Ingest,
-        code: RejectionCode::InternalError,
-        message,
-        limits: None,
-    })
+    Err(Rejection { stage: "ingest", code: "internal_error", message, limits: None })
 }
 
 /// The rejection of a log that is not what it was.
@@ -150,7 +144,7 @@ fn changed(job: &Job, how: &str) -> Rejection {
         "{} changed while it was read ({how}); the next run reads it again, best when nobody writes it",
         job.log
     );
-    Rejection { stage: Stage::Ingest, code: RejectionCode::Changed, message, limits: None }
+    Rejection { stage: "ingest", code: CHANGED, message, limits: None }
 }
 
 /// What tells that a file was touched; of an object nothing, since its bytes are asked for by their name.
@@ -215,7 +209,7 @@ pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected,
 /// The output cannot be written.
 pub(crate) fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
-    if row.is_the_logs()
+    if blame::is_the_logs(&row.code)
         && let Some(key) = store.session_of(row, start)
     {
         store.remove(&key)?;

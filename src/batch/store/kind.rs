@@ -1,7 +1,6 @@
 //! How an output keeps account of the sessions of a command. Two commands may share an output: each
 //! has its own tables, its own commit marker and its own marks.
 
-use crate::contract::rejection::Stage;
 use crate::store::tables::registry;
 use crate::store::tables::registry::{Command, Presence, TableSpec};
 
@@ -34,17 +33,12 @@ pub struct Kind {
     /// Files that are made over all sessions at the end of every batch, below the output.
     pub over_all: &'static [&'static str],
     /// Stage of a rejection that comes from no stage of its own: a panic.
-    pub stage: Stage,
+    pub stage: &'static str,
     /// Stages that reject for another command only: a success of this one does not remove their rows.
-    pub foreign_stages: &'static [Stage],
+    pub foreign_stages: &'static [&'static str],
 }
 
 impl Kind {
-    /// Whether a stage rejects for another command only.
-    pub(crate) fn is_foreign(&self, stage: &str) -> bool {
-        self.foreign_stages.iter().any(|foreign| foreign.name() == stage)
-    }
-
     /// The tables of a session but for the commit marker.
     pub fn tables(&self) -> impl Iterator<Item = &'static TableSpec> {
         let marker = self.marker;
@@ -89,8 +83,8 @@ pub static RUN: Kind = Kind {
     behind: ".roadbench/behind",
     switched: ".roadbench/switched",
     over_all: &["report/index.html", "fleet/fleet.parquet"],
-    stage: Stage::Pipeline,
-    foreign_stages: &[Stage::Diagnose],
+    stage: "pipeline",
+    foreign_stages: &["diagnose"],
 };
 
 /// Of `roadbench diagnose`.
@@ -103,6 +97,6 @@ pub static DIAGNOSE: Kind = Kind {
     behind: ".roadbench/behind_diagnose",
     switched: ".roadbench/switched_diagnose",
     over_all: &["report/index.html"],
-    stage: Stage::Diagnose,
-    foreign_stages: &[Stage::Pipeline, Stage::Estimate],
+    stage: "diagnose",
+    foreign_stages: &["pipeline", "estimate"],
 };

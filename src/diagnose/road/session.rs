@@ -1,7 +1,5 @@
 //! One session of road riding from its log to its causes.
 
-use crate::contract::rejection::RejectionCode;
-use crate::contract::rejection::Stage;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -147,11 +145,11 @@ pub fn fitted<'a>(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<Fitted<'a>, Rejection> {
-    let refuse = |code, message| Rejection { stage: Stage::Diagnose, code, message, limits: None };
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message, limits: None };
     let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
         let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
-        return Err(refuse(RejectionCode::MissingColumn, message.to_owned()));
+        return Err(refuse("missing_column", message.to_owned()));
     }
     let session = match session.has(Channel::AccelerationX) {
         true => Cow::Borrowed(session),
@@ -169,7 +167,7 @@ pub fn fitted<'a>(
             samples.len() as f64 / RATE,
             (FEWEST * BLOCK) as f64 / RATE
         );
-        return Err(refuse(RejectionCode::TooFewManoeuvres, message));
+        return Err(refuse("too_few_manoeuvres", message));
     }
     let base = base::fit(&samples, &Parameters::new(bike, solution));
     let latency = solution.inputs.zeros.latency;

@@ -1,7 +1,6 @@
 //! What the checks found, and what comes of it.
 
 use crate::contract::channel::Channel;
-use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::switches::{Effect, Switches};
 use crate::ingest::error::Error;
@@ -81,8 +80,6 @@ impl<'a> Findings<'a> {
                     "; if the channels are right, `ingest.check.{code} = \"warn\"` in the pipeline \
                      lets the log pass"
                 );
-                // every check has a code: a test of `rejection` says so
-                let code = RejectionCode::from_name(code).unwrap_or(RejectionCode::InternalError);
                 return Err(Error { code, message });
             }
         }

@@ -20,7 +20,6 @@
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
-use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::ingest::config::Config;
@@ -66,7 +65,7 @@ pub fn check(
     }
     if !has_velocity(session) {
         return Err(Error {
-            code: RejectionCode::MissingColumn,
+            code: "missing_column",
             message: format!(
                 "velocity_x is stuck or impossible, and every coefficient needs it: {}",
                 findings.warnings.last().map_or("", |w| w.message.as_str())
@@ -99,7 +98,7 @@ fn run<'a>(
         let there = session.has(Channel::VelocityX);
         let state = if there { "has no valid sample" } else { "is missing" };
         return Err(Error {
-            code: RejectionCode::MissingColumn,
+            code: "missing_column",
             message: format!(
                 "velocity_x {state}; every coefficient needs the forward velocity: map a speed \
                  channel onto it"

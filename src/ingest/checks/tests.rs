@@ -134,7 +134,7 @@ fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
         }
         Err(e) => {
             println!("{}: {}", e.code, e.message);
-            Err(e.code.name())
+            Err(e.code)
         }
     }
 }

@@ -5,7 +5,6 @@
 //! evidently periodic they lie on straight lines over the row number, so that the phase of the
 //! signals is that of the sampling and not of the stamping.
 
-use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 pub(crate) mod extent;
@@ -95,14 +94,14 @@ pub(crate) fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<
     }
     let (start, end) = out.span();
     if out.tracks.is_empty() {
-        let code = if rows < 2 { RejectionCode::TooShort } else { RejectionCode::NoTime };
+        let code = if rows < 2 { "too_short" } else { "no_time" };
         let message = format!("no channel has two usable time stamps ({rows} rows)");
         return Err(Error::new(code, message));
     }
     if end - start < 1.0 {
         let message =
             format!("only {:.3} s of usable time in {rows} rows; 1 s is the least", end - start);
-        return Err(Error::new(RejectionCode::TooShort, message));
+        return Err(Error::new("too_short", message));
     }
     Ok(out)
 }

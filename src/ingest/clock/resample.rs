@@ -4,7 +4,6 @@
 //! the others are interpolated by a cubic through the neighbouring samples, which delays
 //! nothing. A channel faster than the clock goes through a zero-phase low-pass first.
 
-use crate::contract::rejection::RejectionCode;
 use rayon::prelude::*;
 
 use crate::contract::channel::Channel;
@@ -39,7 +38,7 @@ pub(crate) fn onto_one_clock(
     warnings: &mut Vec<Warning>,
 ) -> Result<Session, Error> {
     if log.tracks.is_empty() {
-        return Err(Error::new(RejectionCode::TooShort, "no channel has any sample"));
+        return Err(Error::new("too_short", "no channel has any sample"));
     }
     let rate = if config.rate > 0.0 { config.rate } else { own_rate(&log) }.min(MAX_RATE);
     let (start, end) = log.span();
@@ -50,7 +49,7 @@ pub(crate) fn onto_one_clock(
              right?",
             end - start
         );
-        return Err(Error::new(RejectionCode::FileTooLarge, message));
+        return Err(Error::new("file_too_large", message));
     }
     // a last stamp just short of a grid point still is that point
     let len = ((end - start) * rate + ON_CLOCK).floor() as usize + 1;

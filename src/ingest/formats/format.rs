@@ -14,12 +14,11 @@
 //! what it can: `ingest::fit` checks a map's names and units against a [`Listing`] made from its
 //! header and its row of units, and a [`Decoder`] lets `inspect` show it and propose a map.
 
-use crate::contract::rejection::RejectionCode;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
-use crate::ingest::error::Error;
+use crate::ingest::error::{DAMAGED, Error};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::ident;
 use crate::ingest::maps::bind::{fit, is_for};
@@ -159,15 +158,12 @@ fn choose<F: Format>(log: &Location, maps: Maps<'_>) -> Result<(ChannelMap, List
             F::NAME,
             if facts.is_empty() { String::new() } else { format!("; {}", facts.join("; ")) }
         );
-        return Err(Error::new(
-            RejectionCode::NoChannelMap,
-            message.chars().take(600).collect::<String>(),
-        ));
+        return Err(Error::new("no_channel_map", message.chars().take(600).collect::<String>()));
     }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     let tried = if tried.is_empty() { "none" } else { &tried.join(", ") };
     Err(Error::new(
-        RejectionCode::NoChannelMap,
+        "no_channel_map",
         format!(
             "no channel map of format {} fits {} (tried {tried}); its channels are {}; \
              `roadbench inspect` proposes a map for it",
@@ -216,8 +212,7 @@ pub(crate) fn guarded<T>(
     log: &Location,
     work: impl FnOnce() -> Result<T, String>,
 ) -> Result<T, Error> {
-    let damaged =
-        |what: &str| Error::new(RejectionCode::Damaged, format!("{log} is damaged: {what}"));
+    let damaged = |what: &str| Error::new(DAMAGED, format!("{log} is damaged: {what}"));
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(done) => done.map_err(|message| damaged(&message)),
         Err(_) => Err(damaged("its parts make no sense")),

@@ -13,7 +13,6 @@
 //! Every number within a point is a channel, called by its element's name without the name space. TCX's are
 //! called as those of GPX (`ele`, `speed`). Where no point has a `speed`, `speed_from_positions` is the speed along the track. Routes and waypoints are no recordings.
 
-use crate::contract::rejection::RejectionCode;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -161,7 +160,7 @@ impl Track {
                 "{log} has no track point (`trkpt`, `Trackpoint`){why}; export the recorded track"
             )
         };
-        Err(Error::new(RejectionCode::NoSamples, message))
+        Err(Error::new("no_samples", message))
     }
 
     fn parse(&mut self, bytes: &[u8]) -> Result<(), String> {

@@ -12,7 +12,6 @@
 //! `gps_latitude`, `gps_longitude` (deg), `motor_speed` (rpm), `suspension_front`,
 //! `suspension_rear` (uncalibrated counts); a channel map takes it from there.
 
-use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 use crate::ingest::error::Error;
@@ -62,7 +61,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<&'a ChannelMap, Error> {
             "{} is a KIRO log, and none of the channel maps given has format = \"kiro\"",
             log
         );
-        Error::new(RejectionCode::NoChannelMap, message)
+        Error::new("no_channel_map", message)
     })
 }
 

@@ -1,6 +1,5 @@
 //! A `session.v1` table that is in memory already, as Arrow batches.
 
-use crate::contract::rejection::RejectionCode;
 use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
@@ -31,9 +30,8 @@ pub fn read_table(
         let mut columns = vec![Vec::new(); wanted.len()];
         for batch in batches {
             for (column, &i) in columns.iter_mut().zip(wanted) {
-                append(column, batch.column(i).clone()).map_err(|message| {
-                    Error::new(RejectionCode::WrongType, format!("{name}: {message}"))
-                })?;
+                append(column, batch.column(i).clone())
+                    .map_err(|message| Error::new("wrong_type", format!("{name}: {message}")))?;
             }
         }
         Ok(columns)

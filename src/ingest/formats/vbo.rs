@@ -15,7 +15,6 @@
 //! Apps that write such texts differ: in names ([`ROLES`]), in what is between cells, some in degrees with east positive,
 //! some without the section of names. What the text does not say is found from speed and heading.
 
-use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 use crate::contract::session::Meta;
@@ -196,7 +195,7 @@ impl<'a> File<'a> {
             let message = format!(
                 "{log} has no section [column names] with `time`: it is cut off, or no VBOX text"
             );
-            return Err(Error::new(RejectionCode::NoChannels, message));
+            return Err(Error::new("no_channels", message));
         }
         Ok(file)
     }
@@ -267,7 +266,7 @@ impl<'a> File<'a> {
         }
         if table.time.is_empty() {
             let message = format!("{log} has no row with a time of day in its section [data]");
-            return Err(Error::new(RejectionCode::NoSamples, message));
+            return Err(Error::new("no_samples", message));
         }
         if let Some(k) = self.at("sats") {
             let count = |x: f64| if x >= 0.0 { f64::from(x as u32 & SATELLITES) } else { f64::NAN };

@@ -1,6 +1,5 @@
 //! A channel map fitted to a log: names and units of the map against those of the log's channels.
 
-use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::listing::{Listing, SourceChannel};
 use crate::ingest::maps::units;
@@ -36,7 +35,7 @@ pub(crate) fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Err
     }
     if fitted.entries.is_empty() {
         let message = format!("channel map {} takes nothing from this log", map.name);
-        return Err(Error::new(RejectionCode::NoChannelMap, message));
+        return Err(Error::new("no_channel_map", message));
     }
     Ok(fitted)
 }
@@ -70,11 +69,11 @@ fn entry_for(entry: &Entry, found: &[&SourceChannel]) -> Result<Entry, Error> {
                 agreed.unit,
                 channel.full()
             );
-            return Err(Error::new(RejectionCode::UnitMismatch, message));
+            return Err(Error::new("unit_mismatch", message));
         }
         agreed.unit = unit;
     }
-    agreed.convert().map_err(|e| Error::new(RejectionCode::UnknownUnit, e))?;
+    agreed.convert().map_err(|e| Error::new("unknown_unit", e))?;
     Ok(agreed)
 }
 
@@ -95,13 +94,13 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                  the log is wrong add `file_unit = \"{own}\"`",
                 entry.unit
             );
-            Err(Error::new(RejectionCode::UnitMismatch, message))
+            Err(Error::new("unit_mismatch", message))
         }
         (false, Some(own)) => match entry.converted(own) {
             Ok(_) => Ok(own.to_owned()),
             Err(e) => {
                 let message = format!("`{name}`: the log gives the {e}; say it with `unit`");
-                Err(Error::new(RejectionCode::UnknownUnit, message))
+                Err(Error::new("unknown_unit", message))
             }
         },
         (false, None) if entry.unit == "1" => Ok(entry.unit.clone()),
@@ -110,7 +109,7 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                 "the log gives no unit for `{name}`; say it in the map, e.g. `unit = \"{}\"`",
                 entry.unit
             );
-            Err(Error::new(RejectionCode::UnknownUnit, message))
+            Err(Error::new("unknown_unit", message))
         }
     }
 }

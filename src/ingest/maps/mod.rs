@@ -11,7 +11,6 @@
 //! `SI` converts from `unit`. `radius` turns a wheel's surface speed into spin, `ratio` a
 //! motor's spin into the wheel's.
 
-use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -219,7 +218,7 @@ impl ChannelMap {
             for source in others.iter().map(|other| &columns[*other]) {
                 if !Arc::ptr_eq(&source.time, &time) {
                     return Err(Error::new(
-                        RejectionCode::MixedClocks,
+                        "mixed_clocks",
                         format!(
                             "channel map {}: {} is the mean of columns with different clocks",
                             self.name, entry.channel
@@ -251,7 +250,7 @@ impl ChannelMap {
              map's `from` or take the entry out",
             self.name
         );
-        Error::new(RejectionCode::MissingColumn, message)
+        Error::new("missing_column", message)
     }
 }
 

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 pub(crate) use super::ident::Ident;
 pub(crate) use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
 use crate::contract::reason::Reason;
-use crate::contract::rejection::RejectionCode;
 pub(crate) use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
@@ -226,13 +225,6 @@ pub struct Rejected {
     pub input_hash: Option<String>,
     pub version: String,
     pub limits: Option<String>,
-}
-
-impl Rejected {
-    /// [`RejectionCode::is_the_logs`]; of a code that this version does not know, too.
-    pub(crate) fn is_the_logs(&self) -> bool {
-        RejectionCode::from_name(&self.code).is_none_or(RejectionCode::is_the_logs)
-    }
 }
 
 /// A row of `plots`.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::limits::Limits;
-use crate::contract::rejection::{RejectionCode, Stage};
+use crate::batch::workers::blame::ENDS_A_WORKER;
 use crate::pipeline::Rejection;
 use crate::store::objects::Location;
 use crate::store::tables::read;
@@ -27,7 +27,7 @@ impl Quarantine {
         };
         let rows: Vec<Vec<Rejected>> = files.par_iter().filter_map(rows).collect();
         let is_one = |row: &Rejected| {
-            RejectionCode::from_name(&row.code).is_some_and(RejectionCode::ends_a_worker)
+            ENDS_A_WORKER.contains(&row.code.as_str())
                 && row.version == crate::VERSION
                 && row.limits.is_some()
         };
@@ -43,8 +43,8 @@ impl Quarantine {
     /// Why a log of that hash is not tried again under the same limits.
     pub(super) fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
         let row = self.0.get(hash).filter(|r| r.limits.as_deref() == Some(&limits.to_string()))?;
-        let code = RejectionCode::from_name(&row.code)?;
-        let stage = Stage::from_name(&row.stage)?;
+        let code = ENDS_A_WORKER.into_iter().find(|code| *code == row.code)?;
+        let stage = ["ingest", "pipeline", "diagnose"].into_iter().find(|s| *s == row.stage)?;
         Some(Rejection { stage, code, message: row.message.clone(), limits: row.limits.clone() })
     }
 }

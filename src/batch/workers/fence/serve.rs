@@ -1,7 +1,5 @@
 //! The worker: answers questions about logs, one at a time, until nobody asks any more.
 
-use crate::contract::rejection::RejectionCode;
-use crate::contract::rejection::Stage;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::mpsc::channel;
@@ -102,7 +100,7 @@ fn answer<W: Work<Result: Serialize>>(
     let done = match question {
         Question::Identify { log } => {
             let log = log.location();
-            guarded(Stage::Ingest, || work.identify(&log, maps.list()))
+            guarded("ingest", || work.identify(&log, maps.list()))
                 .map(|who| (Answer::Identified(who), Vec::new()))
         }
         Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals, result } => {
@@ -113,6 +111,7 @@ fn answer<W: Work<Result: Serialize>>(
     };
     done.unwrap_or_else(|why| {
         let Rejection { stage, code, message, .. } = why;
+        let (stage, code) = (stage.to_owned(), code.to_owned());
         (Answer::Rejected { stage, code, message }, Vec::new())
     })
 }
@@ -126,7 +125,7 @@ fn session<W: Work<Result: Serialize>>(
 ) -> Result<(Answer, Vec<Vec<u8>>), Rejection> {
     let own = |message: String| Rejection {
         stage: work.kind().stage,
-        code: RejectionCode::InternalError,
+        code: "internal_error",
         message,
         limits: None,
     };

@@ -1,7 +1,6 @@
 //! A clock against calendar, rates and motion, after a channel map was read: a wrong unit of the stamps is an error that
 //! says the right one.
 
-use crate::contract::rejection::RejectionCode;
 use std::sync::Arc;
 
 use super::unit::{CALENDARS, IMPOSSIBLE, digits_scale, in_years, of_digits, usual_step};
@@ -88,7 +87,7 @@ pub(crate) fn by_motion(tracks: &[Track]) -> Result<(), Error> {
                 "the clock contradicts the motion: by velocity_x and the positions the log's time runs {factor:.4} times \
                  what the stamps say; correct the unit or the rate of the clock ([time] of the channel map)"
             );
-            Err(Error::new(RejectionCode::ImplausibleClock, message))
+            Err(Error::new("implausible_clock", message))
         }
         _ => Ok(()),
     }

@@ -1,6 +1,5 @@
 //! What frames mean: messages and their signals, from DBC files.
 
-use crate::contract::rejection::RejectionCode;
 use std::collections::HashMap;
 
 use can_dbc::{
@@ -170,10 +169,7 @@ impl Database {
         for (i, text) in aids.dbc.iter().enumerate() {
             let name = aids.names.get(i).map_or("the channel map's DBC", String::as_str);
             let dbc = Dbc::try_from(text.as_str()).map_err(|e| {
-                Error::new(
-                    RejectionCode::BadDbc,
-                    format!("{name} cannot be read as a CAN database: {e}"),
-                )
+                Error::new("bad_dbc", format!("{name} cannot be read as a CAN database: {e}"))
             })?;
             database.add(&dbc);
         }

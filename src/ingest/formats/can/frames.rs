@@ -1,6 +1,5 @@
 //! The frames of a log, whatever kind of file it is.
 
-use crate::contract::rejection::RejectionCode;
 use std::io::{BufReader, Read};
 
 use super::frame::{Frame, Scan};
@@ -51,9 +50,8 @@ pub(super) fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
     let mut reader = BufReader::with_capacity(1 << 18, source::open(log).map_err(fail)?);
     let mut head = Vec::new();
     reader.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
-    let kind = kind(&head).ok_or_else(|| {
-        Error::new(RejectionCode::UnknownFormat, format!("{log} is no CAN log any more"))
-    })?;
+    let kind = kind(&head)
+        .ok_or_else(|| Error::new("unknown_format", format!("{log} is no CAN log any more")))?;
     let mut whole = head.chain(reader);
     match kind {
         FrameFile::Blf => blf::each(&mut whole, take),

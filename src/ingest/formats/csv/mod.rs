@@ -1,6 +1,5 @@
 //! Delimited text, through a channel map.
 
-use crate::contract::rejection::RejectionCode;
 use std::io::{BufRead, BufReader, Read};
 
 use crate::ingest::clock::stamps::check::in_seconds;
@@ -146,16 +145,13 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
             if kind == Kind::Numbers {
                 in_seconds(&mut stamps, *factor).map_err(|e| {
                     let of = format!("channel map {}, [time], column `{name}`: {e}", map.name);
-                    Error::new(RejectionCode::ImplausibleClock, of)
+                    Error::new("implausible_clock", of)
                 })?;
             }
             stamps
         }
         TimeSource::Own => {
-            return Err(Error::new(
-                RejectionCode::NoTime,
-                format!("channel map {}: no `[time]`", map.name),
-            ));
+            return Err(Error::new("no_time", format!("channel map {}: no `[time]`", map.name)));
         }
     };
     let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
@@ -206,7 +202,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
     }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     Err(Error::new(
-        RejectionCode::NoChannelMap,
+        "no_channel_map",
         format!(
             "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
              map for it, `roadbench schema channel_map` lists every key",

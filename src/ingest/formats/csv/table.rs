@@ -3,7 +3,6 @@
 //! Where the names stand, what separates cells and how decimals are written is found out from the
 //! text itself: loggers write it as the computer's country does.
 
-use crate::contract::rejection::RejectionCode;
 use std::io::{BufRead, BufReader, Cursor, Read};
 
 use ::csv::Reader;
@@ -72,19 +71,19 @@ pub(crate) fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table
         lines.push(line.to_owned());
         if lines.len() > MOST_LINES {
             let message = format!("{log}: no row of numbers in {MOST_LINES} lines");
-            return Err(Error::new(RejectionCode::NoTable, message));
+            return Err(Error::new("no_table", message));
         }
     }
     if first.is_empty() && begin.is_empty() {
         let message = format!("{log} has no row of numbers");
-        return Err(Error::new(RejectionCode::NoTable, message));
+        return Err(Error::new("no_table", message));
     }
     let first_line = lines.len() as u64 + 1;
     let numbers = decoded(&first);
     let numbers = numbers.trim_end_matches(['\r', '\n']).to_owned();
     let Some(at) = names_row(&lines, begin, notes, &numbers) else {
         let message = format!("{log}: no row of names above the numbers");
-        return Err(Error::new(RejectionCode::NoTable, message));
+        return Err(Error::new("no_table", message));
     };
     let delimiter = layout::delimiter(&lines[at], &numbers);
     let more = decoded(text.fill_buf().map_err(fail)?);

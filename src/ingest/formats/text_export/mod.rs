@@ -10,7 +10,6 @@
 //! | [`Aim`]: AiM Race Studio 2 and 3 | `Format, AiM CSV File` | `Time`, or `Sample Rate` | second row |
 //! | [`RaceChrono`]: CSV v2 and v3 | its first line | `timestamp` or `Time (s)`, since 1970 | second row, v2: in the name |
 
-use crate::contract::rejection::RejectionCode;
 use std::collections::{HashMap, HashSet};
 
 use crate::contract::warning::Warning;
@@ -186,7 +185,7 @@ impl Dialect {
                 "" | "unix time" | "sec" => 1.0,
                 unit => units::conversion(unit, "s").map(|c| c.factor).map_err(|e| {
                     let name = &table.names[place];
-                    Error::new(RejectionCode::UnknownUnit, format!("{log}: `{name}`: {e}"))
+                    Error::new("unknown_unit", format!("{log}: `{name}`: {e}"))
                 })?,
             };
             return Ok(Clock::Column(place, factor));
@@ -197,7 +196,7 @@ impl Dialect {
                 log,
                 self.clock.join("` or `")
             );
-            Error::new(RejectionCode::NoTime, message)
+            Error::new("no_time", message)
         })
     }
 

@@ -21,7 +21,6 @@
 use super::facts::{Facts, HeaderKeys};
 use super::level::{self, Derived};
 use super::{header_rate_warning, rows};
-use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -140,7 +139,7 @@ fn open(log: &Location) -> Result<(Table, Facts), Error> {
                 "{} is in the coordinate system {system}, with z down; export it again in ENU",
                 log
             );
-            Err(Error::new(RejectionCode::CoordinateSystem, message))
+            Err(Error::new("coordinate_system", message))
         }
         _ => Ok((table, facts)),
     }
@@ -229,7 +228,7 @@ fn stamps(
         "{}: `{TICKS}` is empty and no comment gives the `{}`; export it again with {TICKS}",
         log, HEADER_KEYS.rate
     );
-    Err(Error::new(RejectionCode::NoTime, message))
+    Err(Error::new("no_time", message))
 }
 
 /// A counter that begins anew after `wrap`, as one that does not.
