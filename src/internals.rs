@@ -93,6 +93,9 @@ pub mod contract {
     pub mod reason {
         pub use crate::contract::reason::ReasonCode;
     }
+    pub mod rejection {
+        pub use crate::contract::rejection::{RejectionCode, Stage};
+    }
     pub mod residual_channel {
         pub use crate::contract::residual_channel::ResidualChannel;
     }

@@ -138,6 +138,7 @@ pub use store::objects::files::read_text;
 pub use store::objects::location::Location;
 
 // From a session to the coefficients of its tyres.
+pub use contract::rejection::{RejectionCode, Stage};
 pub use contract::status::Status;
 pub use contract::verdict::Verdict;
 pub use pipeline::outcome::{Input, Outcome, Rejection};

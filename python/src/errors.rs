@@ -9,10 +9,10 @@ use roadbench::{BatchError, Pipeline, Rejection};
 
 /// `roadbench.Rejected`: it is Python's own class, so that it can be pickled.
 pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
-    let error = py
-        .import("roadbench._errors")
-        .and_then(|module| module.getattr("Rejected"))
-        .and_then(|class| class.call1((why.stage, why.code, why.message.as_str())));
+    let error =
+        py.import("roadbench._errors").and_then(|module| module.getattr("Rejected")).and_then(
+            |class| class.call1((why.stage.as_str(), why.code.as_str(), why.message.as_str())),
+        );
     error.map_or_else(|e| e, PyErr::from_value)
 }
 

@@ -13,7 +13,7 @@ use crate::errors::{self, failed, rejected};
 use crate::table::Table;
 use roadbench::{
     BikeError, BikeFile, DiagnoseWork, DiagnosisSettings, Location, Log, Maps, Meta, NO_PATH,
-    Rejection, Tables, Work, guarded, hash_settings, read_table, read_text,
+    Rejection, Stage, Tables, Work, guarded, hash_settings, read_table, read_text,
 };
 
 /// A session's tables by name, as `roadbench run` would write them.
@@ -104,7 +104,7 @@ impl Source {
         };
         let known = Meta { session_id: session_id.unwrap_or_default(), ..Meta::default() };
         let read = || read_table(NO_PATH, schema, batches, known).map_err(Rejection::from);
-        Ok(Log::Table(Box::new(guarded("ingest", read)?)))
+        Ok(Log::Table(Box::new(guarded(Stage::Ingest, read)?)))
     }
 }
 

@@ -11,8 +11,7 @@ use std::collections::BTreeSet;
 
 use super::error::Error;
 use super::settings::Settings;
-use crate::batch::workers::blame::{NO_LOGS, NOT_FOUND};
-use crate::ingest::UNREADABLE;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::formats::{extensions, has_log_extension};
 use crate::pipeline::Rejection;
 use crate::store::objects::search::{Folder, MatchKind, find};
@@ -36,8 +35,8 @@ impl Found {
         Found { location, problem: None }
     }
 
-    fn problem(location: Location, code: &'static str, message: String) -> Self {
-        let problem = Some(Rejection { stage: "discover", code, message, limits: None });
+    fn problem(location: Location, code: RejectionCode, message: String) -> Self {
+        let problem = Some(Rejection { stage: Stage::Discover, code, message, limits: None });
         Found { location, problem }
     }
 }
@@ -124,10 +123,10 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
             MatchKind::Folder(folder) => search_folder(folder, out, found)?,
             MatchKind::Other => {
                 let message = format!("{} is neither a file nor a folder", one.location);
-                found.push(Found::problem(one.location, UNREADABLE, message));
+                found.push(Found::problem(one.location, RejectionCode::Unreadable, message));
             }
             MatchKind::Unreadable(message) => {
-                found.push(Found::problem(one.location, UNREADABLE, message));
+                found.push(Found::problem(one.location, RejectionCode::Unreadable, message));
             }
         }
     }
@@ -136,7 +135,7 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
             true => format!("nothing matches {input}"),
             false => format!("{input} does not exist"),
         };
-        found.push(Found::problem(input.clone(), NOT_FOUND, message));
+        found.push(Found::problem(input.clone(), RejectionCode::NotFound, message));
     }
     Ok(())
 }
@@ -153,13 +152,13 @@ fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Resu
     for file in folder.files(&|at, is_folder| is_wanted(at, is_folder, out)) {
         found.push(match file {
             Ok(log) => Found::log(log),
-            Err((at, message)) => Found::problem(at, UNREADABLE, message),
+            Err((at, message)) => Found::problem(at, RejectionCode::Unreadable, message),
         });
     }
     if found.len() == before {
         let extensions: Vec<String> = extensions().iter().map(|e| format!("*.{e}")).collect();
         let message = format!("{root} holds no logs (looked for {})", extensions.join(", "));
-        found.push(Found::problem(root, NO_LOGS, message));
+        found.push(Found::problem(root, RejectionCode::NoLogs, message));
     }
     Ok(())
 }
@@ -319,7 +318,7 @@ mod tests {
         assert!(e.to_string().contains("b.parquet does not exist"), "{e}");
         let found = discover(&[at(&t, "a.parquet"), missing], &out).expect("found");
         assert_eq!(found.len(), 2);
-        assert_eq!(found[1].problem.as_ref().map(|p| p.code), Some("not_found"));
+        assert_eq!(found[1].problem.as_ref().map(|p| p.code.as_str()), Some("not_found"));
     }
 
     #[cfg(unix)]

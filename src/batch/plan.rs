@@ -13,8 +13,8 @@ use crate::batch::jobs::bikes::{BikeFile, BikeFiles, hash_settings};
 use crate::batch::jobs::work::{Work, guarded};
 use crate::batch::store::contents::Contents;
 use crate::batch::store::marker::{Committed, Key};
-use crate::batch::workers::blame::DUPLICATE_ID;
 use crate::contract::instant;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Meta;
 use crate::ingest::Identified;
 use crate::pipeline::{Pipeline, Rejection};
@@ -170,7 +170,7 @@ pub(crate) fn plan(
     refuse_copies(&mut plan, before);
     // what was recognised by its bytes is opened after all where others say to be the same session
     put_rivals_together(&mut plan, |log| {
-        let who = guarded("ingest", || work.identify(log, settings.maps.list())).ok()?;
+        let who = guarded(Stage::Ingest, || work.identify(log, settings.maps.list())).ok()?;
         instant::microseconds(who.meta.start_time.as_deref()?)
     });
     Ok(plan)
@@ -247,8 +247,8 @@ fn put_rivals_together(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>
 /// Why a log is not used whose bytes another one has.
 pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
     Rejection {
-        stage: "discover",
-        code: "duplicate_log",
+        stage: Stage::Discover,
+        code: RejectionCode::DuplicateLog,
         message: format!(
             "it has the same bytes as {other} (session `{session_id}`), and a ride counts once; leave one of them out"
         ),
@@ -279,8 +279,8 @@ pub(crate) fn row(
         path: log,
         session_id,
         bike_id,
-        stage: rejection.stage.to_owned(),
-        code: rejection.code.to_owned(),
+        stage: rejection.stage.as_str().to_owned(),
+        code: rejection.code.as_str().to_owned(),
         message: plain(&rejection.message).into_owned(),
         limits: rejection.limits,
         input_hash,
@@ -341,14 +341,14 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, 
     if let Some(problem) = &found.problem {
         return Err(problem.clone());
     }
-    guarded("ingest", || work.identify(&found.location, maps.list()))
+    guarded(Stage::Ingest, || work.identify(&found.location, maps.list()))
 }
 
 /// Why a log is not used whose session another log gives.
 pub(crate) fn same_session(key: &Key, holder: &str) -> Rejection {
     Rejection {
-        stage: "discover",
-        code: DUPLICATE_ID,
+        stage: Stage::Discover,
+        code: RejectionCode::DuplicateSessionId,
         message: format!(
             "session `{}` of {} is also in {holder}, which has it; give one of them another session_id, or leave one out",
             key.session_id, key.bike_id
@@ -362,8 +362,8 @@ pub(crate) fn archived(there: &Committed, own: Option<i64>) -> Rejection {
     let when = |start: Option<i64>| start.and_then(instant::text).unwrap_or_default();
     let Committed { session_id, bike_id, path, .. } = there;
     Rejection {
-        stage: "discover",
-        code: DUPLICATE_ID,
+        stage: Stage::Discover,
+        code: RejectionCode::DuplicateSessionId,
         message: format!(
             "the output has a session `{session_id}` of {bike_id} from another ride ({path}, began {}, this one {}), whose log \
              is not among these; give this log another session_id or name, or give the other up: roadbench forget OUT \

@@ -11,6 +11,7 @@ use crate::cli::log::{self, rejected};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient, Requirement, Source};
+use crate::contract::rejection::RejectionCode;
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
@@ -83,7 +84,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let raw = match ingest::read(&arguments.log, &maps) {
         Ok(raw) => raw,
-        Err(e) if e.code == "no_channel_map" && arguments.map.is_empty() => {
+        Err(e) if e.code == RejectionCode::NoChannelMap && arguments.map.is_empty() => {
             return show(&arguments.log, &aids, form, Some(e));
         }
         Err(e) => return Err(rejected(e)),
@@ -157,7 +158,7 @@ fn inspect(
     if known.is_some() && pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
         match ingest::check(&mut session, known, config) {
             Ok(more) => warnings.extend(more),
-            Err(e) => rejected = Some(Reason { code: e.code, message: e.message }),
+            Err(e) => rejected = Some(Reason { code: e.code.as_str(), message: e.message }),
         }
     }
     for c in &mut channels {

@@ -11,6 +11,7 @@ pub(crate) mod fleet_event;
 pub(crate) mod geodesy;
 pub(crate) mod instant;
 pub(crate) mod reason;
+pub(crate) mod rejection;
 pub(crate) mod residual_channel;
 pub(crate) mod schema;
 pub(crate) mod session;

@@ -1,6 +1,7 @@
 //! Session, bike and start time from a log's path, and the check of ids.
 
 use crate::contract::instant;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::store::objects::Location;
@@ -46,7 +47,7 @@ pub(super) fn checked(mut meta: Meta) -> Result<Meta, Error> {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {
         return Err(Error::new(
-            "bad_bike_id",
+            RejectionCode::BadBikeId,
             format!(
                 "bike_id {:?} cannot name a file; use letters, digits, `.`, `_` and `-`, \
                  and no `.` in front",
@@ -58,7 +59,7 @@ pub(super) fn checked(mut meta: Meta) -> Result<Meta, Error> {
     let elsewhere = |c: char| c == '/' || c == '\\' || c.is_control();
     if id.is_empty() || id.starts_with('.') || id.len() > 200 || id.contains(elsewhere) {
         return Err(Error::new(
-            "bad_session_id",
+            RejectionCode::BadSessionId,
             format!(
                 "session_id {id:?} cannot name a file; it must not be empty, start with `.`, \
                  contain a slash or be longer than 200 bytes"
@@ -93,10 +94,10 @@ mod tests {
             ..Meta::default()
         };
         for bad in ["../evil", "a/b", "a\\b", "", "..", "a\nb"] {
-            assert_eq!(checked(meta(bad, "b")).expect_err(bad).code, "bad_session_id");
+            assert_eq!(checked(meta(bad, "b")).expect_err(bad).code.as_str(), "bad_session_id");
         }
         for bad in ["../evil", "a/b", "a b", ".b", "ä"] {
-            assert_eq!(checked(meta("s", bad)).expect_err(bad).code, "bad_bike_id");
+            assert_eq!(checked(meta("s", bad)).expect_err(bad).code.as_str(), "bad_bike_id");
         }
         assert!(checked(meta("KIRO 4", "")).is_ok());
     }

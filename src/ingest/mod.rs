@@ -32,7 +32,7 @@ pub(crate) mod write;
 pub(crate) use checks::{check, look};
 pub(crate) use clock::extent::extent;
 pub(crate) use config::Config;
-pub(crate) use error::{CHANGED, Error, UNREACHABLE, UNREADABLE};
+pub(crate) use error::Error;
 pub(crate) use formats::detect::format_of;
 pub(crate) use raw::{Identified, Raw, Track};
 pub(crate) use write::{session_bytes, write_session};
@@ -169,7 +169,7 @@ mod tests {
                 kind.into_iter().for_each(|kind| faults::note(&log, &kind.into()));
                 made
             };
-            whole(&log, reader).map_err(|e| e.code)
+            whole(&log, reader).map_err(|e| e.code.as_str())
         };
         let damaged = || Err(Error::new(DAMAGED, "cut off"));
         assert_eq!(read(Ok(7), None), Ok(7));
@@ -186,7 +186,7 @@ mod tests {
     fn who_does_not_give_a_log_says_whether_it_is_bad() {
         let code = |kind: ErrorKind, log: &str| {
             let log = Location::parse(log).expect("a location");
-            Error::unreadable(&log, &kind.into()).code
+            Error::unreadable(&log, &kind.into()).code.as_str()
         };
         for (kind, here, in_a_store) in [
             (ErrorKind::PermissionDenied, UNREADABLE, UNREACHABLE),

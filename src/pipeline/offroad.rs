@@ -5,6 +5,7 @@ use super::rows::{manoeuvres, name_machine, provenance, session, warnings};
 use super::settings::Pipeline;
 use super::stages::{OffroadForces, offroad_forces};
 use crate::contract::bike::Bike;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Config};
@@ -43,8 +44,8 @@ pub(super) fn run(
         true => Some(
             offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(
                 |message| Rejection {
-                    stage: "estimate",
-                    code: "internal_error",
+                    stage: Stage::Estimate,
+                    code: RejectionCode::InternalError,
                     message,
                     limits: None,
                 },

@@ -3,6 +3,7 @@
 use arrow::array::RecordBatch;
 use serde::{Deserialize, Serialize};
 
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest;
 use crate::segment::laps::Laps;
 use crate::store::objects::Location;
@@ -85,9 +86,9 @@ impl Outcome {
 #[error("{stage}: {message}")]
 pub struct Rejection {
     /// Where.
-    pub stage: &'static str,
-    /// Short stable name.
-    pub code: &'static str,
+    pub stage: Stage,
+    /// Its kind.
+    pub code: RejectionCode,
     /// For people.
     pub message: String,
     /// What the log's worker was allowed, where that ended it.
@@ -96,7 +97,7 @@ pub struct Rejection {
 
 impl From<ingest::Error> for Rejection {
     fn from(e: ingest::Error) -> Self {
-        Rejection { stage: "ingest", code: e.code, message: e.message, limits: None }
+        Rejection { stage: Stage::Ingest, code: e.code, message: e.message, limits: None }
     }
 }
 
@@ -104,7 +105,7 @@ impl Rejection {
     /// Of a table that does not fit its schema: our own mistake.
     pub fn unwritable(e: &file::Error) -> Self {
         let message = format!("{e}; this is a mistake in roadbench, please report it");
-        Rejection { stage: "write", code: "internal_error", message, limits: None }
+        Rejection { stage: Stage::Write, code: RejectionCode::InternalError, message, limits: None }
     }
 }
 

@@ -10,6 +10,7 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::reason::{Reason, ReasonCode};
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate;
@@ -141,8 +142,8 @@ fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<Record
         (&data.corner, &corner),
     ];
     estimate::table::batch(&session.meta, &sets).map_err(|message| Rejection {
-        stage: "estimate",
-        code: "internal_error",
+        stage: Stage::Estimate,
+        code: RejectionCode::InternalError,
         message,
         limits: None,
     })

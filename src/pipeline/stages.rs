@@ -11,6 +11,7 @@ use super::outcome::{Input, Rejection};
 use super::settings::Pipeline;
 use crate::contract::bike::{Bike, DEFAULT};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Estimate};
@@ -203,9 +204,13 @@ pub(crate) fn offroad_forces(
     config: &offroad::Config,
 ) -> Result<OffroadForces, Rejection> {
     let mut warnings = filter::run(&mut session, &pipeline.filter);
-    let (estimate, noticed) = offroad::run(&session, bike, config).map_err(|message| {
-        Rejection { stage: "estimate", code: "bad_bike_file", message, limits: None }
-    })?;
+    let (estimate, noticed) =
+        offroad::run(&session, bike, config).map_err(|message| Rejection {
+            stage: Stage::Estimate,
+            code: RejectionCode::BadBikeFile,
+            message,
+            limits: None,
+        })?;
     warnings.extend(noticed);
     let tyres = &estimate.riders[0].tyres;
     let kinematics = &estimate.kinematics;

@@ -41,7 +41,7 @@ fn every_input_ends_as_a_session_or_a_rejection() {
         codes(&run),
         [
             "internal_error",
-            "scripted",
+            "too_short",
             "duplicate_session_id",
             "no_bike_file",
             "no_bike_id",
@@ -174,7 +174,7 @@ fn a_session_is_either_in_the_tables_or_rejected() {
     place.put("logs/c.csv", "s-c|b2|ok");
     place.put("logs/d.csv", "s-d|b2|ok");
     let run = place.run();
-    assert_eq!((run.done, codes(&run)), (2, vec!["scripted", "unknown_format"]));
+    assert_eq!((run.done, codes(&run)), (2, vec!["too_short", "unknown_format"]));
     let names = place.names();
     assert_eq!(names.iter().filter(|n| n.starts_with("rejected/")).count(), 2, "{names:?}");
     assert_eq!(place.sessions(), ["b2/s-c", "b2/s-d"]);

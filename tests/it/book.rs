@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use roadbench::internals::contract::rejection::{RejectionCode, Stage};
 use roadbench::internals::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::internals::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::internals::ingest::formats::FORMATS;
@@ -116,6 +117,22 @@ fn files_and_tables_are_those_of_the_schemas() {
     assert!(seen == registry::schema_files().count() && keys_seen > 100, "{seen} {keys_seen}");
     page("files.md", &files);
     page("tables.md", &tables);
+}
+
+#[test]
+fn rejections_are_those_of_the_code() {
+    let mut text = String::from(
+        "# Why a log is not used\n\nThe columns `stage` and `code` of [`rejected`](tables.md#rejected). The message says what was \
+         wrong, where, and what to do.\n\n| stage | |\n|---|---|\n",
+    );
+    for stage in Stage::ALL {
+        let _ = writeln!(text, "| `{stage}` | {} |", stage.words());
+    }
+    text += "\n| code | |\n|---|---|\n";
+    for code in RejectionCode::ALL {
+        let _ = writeln!(text, "| `{code}` | {} |", code.words());
+    }
+    page("rejections.md", &text);
 }
 
 /// The page is written by `--example constants`, which may count changed verdicts on its lines too.

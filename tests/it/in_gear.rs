@@ -188,7 +188,7 @@ fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
         Ok(w) => Ok(w.iter().map(|w| w.code).collect()),
         Err(e) => {
             println!("{}", e.message);
-            Err(e.code)
+            Err(e.code.as_str())
         }
     }
 }

@@ -352,7 +352,7 @@ fn refused(name: &str, bytes: &[u8]) -> (&'static str, String) {
     let error = ingest::read(&path, &[])
         .and_then(|raw| ingest::run(raw, &Config::default()))
         .expect_err("refused");
-    (error.code, error.message)
+    (error.code.as_str(), error.message)
 }
 
 fn bytes_of(session: &Session) -> Vec<u8> {
@@ -380,7 +380,10 @@ fn dirt_is_refused_with_its_reason() {
     assert_eq!(refused("a.csv", b"time,velocity_x\n0,1\n0.1,1\n").0, "too_short");
     assert_eq!(refused("a.csv", b"time,velocity_x\n,1\n,1\n,2\n").0, "no_time");
     assert_eq!(refused("a.csv", b"time,velocity_x\n0,fast\n1,fast\n").0, "bad_cell");
-    assert_eq!(ingest::read(Path::new("nowhere.csv"), &[]).expect_err("none").code, "unreadable");
+    assert_eq!(
+        ingest::read(Path::new("nowhere.csv"), &[]).expect_err("none").code.as_str(),
+        "unreadable"
+    );
 }
 
 #[test]
@@ -448,15 +451,15 @@ mod columns {
         let one = |unit| vec![("time", Some("s"), time()), ("velocity_x", Some(unit), time())];
         let (_folder, path) = write(one("furlong"));
         let error = ingest::read(&path, &[]).expect_err("unknown");
-        assert_eq!(error.code, "unknown_unit");
+        assert_eq!(error.code.as_str(), "unknown_unit");
         assert!(error.message.contains("`velocity_x`") && error.message.contains("furlong"));
         let (_folder, path) = write(vec![("times", None, time()), ("velocity_x", None, time())]);
         let error = ingest::read(&path, &[]).expect_err("no time");
-        assert_eq!(error.code, "missing_column");
+        assert_eq!(error.code.as_str(), "missing_column");
         assert!(error.message.contains("is it `times`?"), "{error}");
         let text = Arc::new(StringArray::from_iter_values((0..300).map(|_| "fast")));
         let (_folder, path) = write(vec![("time", None, time()), ("velocity_x", None, text)]);
-        assert_eq!(ingest::read(&path, &[]).expect_err("text").code, "wrong_type");
+        assert_eq!(ingest::read(&path, &[]).expect_err("text").code.as_str(), "wrong_type");
     }
 
     #[test]

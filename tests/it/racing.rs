@@ -143,7 +143,7 @@ fn racebox_by_hand() {
     let short: Vec<&str> = text.lines().take(40).collect();
     std::fs::write(&path, short.join("\n")).expect("written");
     let e = ingest::read(&path, &[]).expect_err("5 s of riding");
-    assert!(e.code == "unknown_unit" && e.message.contains("`Speed`"), "{e}");
+    assert!(e.code.as_str() == "unknown_unit" && e.message.contains("`Speed`"), "{e}");
     let text =
         "name = 'm'\nformat = 'racebox'\n[channel.velocity_x]\nfrom = 'Speed'\nunit = 'km/h'\n";
     let map = [ChannelMap::parse(text, "m.toml").expect("a map")];
@@ -175,7 +175,7 @@ fn a_suspension_log_by_hand() {
     bytes[3] = 4;
     std::fs::write(&path, &bytes).expect("written");
     let e = ingest::read(&path, &map).expect_err("another version");
-    assert!(e.code == "unknown_version" && e.message.contains("version 4"), "{e}");
+    assert!(e.code.as_str() == "unknown_version" && e.message.contains("version 4"), "{e}");
 }
 
 #[test]
@@ -216,10 +216,10 @@ fn units_are_the_files_or_the_maps_but_not_two() {
     let fail =
         |channel: &str| ingest::read(fixture("motec_i2.csv"), &map(channel)).expect_err(channel);
     let e = fail("velocity_x]\nfrom = 'Ground Speed'\nunit = 'mph'\n");
-    assert_eq!(e.code, "unit_mismatch");
+    assert_eq!(e.code.as_str(), "unit_mismatch");
     assert!(e.message.contains("km/h") && e.message.contains("mph"), "{e}");
     let e = fail("wheel_speed_rear]\nfrom = 'Ground Speed'\n");
-    assert_eq!(e.code, "unknown_unit", "no radius: {e}");
+    assert_eq!(e.code.as_str(), "unknown_unit", "no radius: {e}");
     let e = fail("velocity_x]\nfrom = 'Ground Sped'\n");
     assert!(e.message.contains("did you mean `Ground Speed`"), "{e}");
     // a plain CSV whose map says where its units stand
@@ -230,7 +230,7 @@ fn units_are_the_files_or_the_maps_but_not_two() {
         units_row = 1\n[time]\ncolumn = 't'\n[channel.velocity_x]\nfrom = 'v'\n";
     let plain = [ChannelMap::parse(text, "m.toml").expect("a map")];
     let e = ingest::read(&path, &plain).expect_err("furlong");
-    assert!(e.code == "unknown_unit" && e.message.contains("`v`"), "{e}");
+    assert!(e.code.as_str() == "unknown_unit" && e.message.contains("`v`"), "{e}");
     std::fs::write(&path, "t;v\ns;km/h\n0;36\n1;36\n2;36\n").expect("written");
     assert_eq!(ingest::read(&path, &plain).expect("read").tracks[0].values, [10.0; 3]);
 }

@@ -13,6 +13,7 @@ use roadbench::internals::batch::store::kind;
 use roadbench::internals::batch::store::kind::Kind;
 use roadbench::internals::batch::workers::scheduler as engine;
 use roadbench::internals::batch::{Accounts, Error, Maps, Settings, State, Watch, Work};
+use roadbench::internals::contract::rejection::{RejectionCode, Stage};
 use roadbench::internals::contract::session::Meta;
 use roadbench::internals::ingest::Identified;
 use roadbench::internals::ingest::maps::ChannelMap;
@@ -51,10 +52,10 @@ impl Work for Script {
     fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Identified, Rejection> {
         self.identified.fetch_add(1, Ordering::Relaxed);
         let text = std::fs::read_to_string(log.as_path().expect("a file"))
-            .map_err(|e| rejection_of("unreadable", e.to_string()))?;
+            .map_err(|e| rejection_of(RejectionCode::Unreadable, e.to_string()))?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();
         let [session_id, bike_id, what] = parts[..] else {
-            return Err(rejection_of("unknown_format", "not a script".into()));
+            return Err(rejection_of(RejectionCode::UnknownFormat, "not a script".into()));
         };
         assert_ne!(what, "panic early", "as the script says");
         // `ok <value> <start time>`
@@ -119,11 +120,11 @@ fn named(session_id: &str, log: &Location) -> String {
 }
 
 fn rejection(message: &str) -> Rejection {
-    rejection_of("scripted", message.to_owned())
+    rejection_of(RejectionCode::TooShort, message.to_owned())
 }
 
-fn rejection_of(code: &'static str, message: String) -> Rejection {
-    Rejection { stage: "ingest", code, message, limits: None }
+fn rejection_of(code: RejectionCode, message: String) -> Rejection {
+    Rejection { stage: Stage::Ingest, code, message, limits: None }
 }
 
 fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {

@@ -121,7 +121,7 @@ fn only_a_log_that_gives_rows_holds_an_id() {
         night(&place);
         assert_eq!(place.sessions(), ["b1/ride1"]);
         let codes_now: Vec<String> = place.run().rejected.into_iter().map(|r| r.code).collect();
-        let expected = if first < second { "scripted" } else { "duplicate_session_id" };
+        let expected = if first < second { "too_short" } else { "duplicate_session_id" };
         assert_eq!(codes_now, [expected]);
     }
 }

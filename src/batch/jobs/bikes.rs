@@ -9,7 +9,8 @@ use std::sync::Arc;
 use crate::batch::error::Error;
 use crate::batch::settings::content;
 use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
-use crate::ingest::{UNREACHABLE, UNREADABLE};
+use crate::contract::rejection::{RejectionCode, Stage};
+
 use crate::pipeline::{Pipeline, Rejection};
 use crate::simulate::effects::Who;
 use crate::store::objects::Location;
@@ -142,10 +143,11 @@ impl<'a> BikeFiles<'a> {
     }
 
     fn read_bike(&self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
-        let refuse = |code, message| Rejection { stage: "discover", code, message, limits: None };
+        let refuse =
+            |code, message| Rejection { stage: Stage::Discover, code, message, limits: None };
         if bike_id.is_empty() {
             return Err(refuse(
-                "no_bike_id",
+                RejectionCode::NoBikeId,
                 "the log does not say which bike it was ridden on; put it in a folder bike=<id>/, \
                  in the file's metadata (bike_id), under [meta] in its channel map, or have it written: \
                  `roadbench convert LOG --bike NAME --out FILE`"
@@ -154,7 +156,7 @@ impl<'a> BikeFiles<'a> {
         }
         if !is_plain(bike_id) || bike_id.len() > LONGEST_BIKE_ID {
             return Err(refuse(
-                "bad_bike_id",
+                RejectionCode::BadBikeId,
                 format!(
                     "bike id `{}` cannot be a file name: use letters, digits, `.`, `_` and `-`, at \
                      most {LONGEST_BIKE_ID}",
@@ -174,14 +176,20 @@ impl<'a> BikeFiles<'a> {
             }
         }
         let text = text.map_err(|e| match e.kind() {
-            ErrorKind::NotFound => refuse("no_bike_file", no_file(bike_id, &at, self.folder)),
-            _ if at.is_remote() => refuse(UNREACHABLE, format!("cannot read the bike file: {e}")),
-            ErrorKind::InvalidData => refuse("bad_bike_file", format!("cannot read {at}: {e}")),
-            _ => refuse(UNREADABLE, format!("cannot read the bike file {at}: {e}")),
+            ErrorKind::NotFound => {
+                refuse(RejectionCode::NoBikeFile, no_file(bike_id, &at, self.folder))
+            }
+            _ if at.is_remote() => {
+                refuse(RejectionCode::Unreachable, format!("cannot read the bike file: {e}"))
+            }
+            ErrorKind::InvalidData => {
+                refuse(RejectionCode::BadBikeFile, format!("cannot read {at}: {e}"))
+            }
+            _ => refuse(RejectionCode::Unreadable, format!("cannot read the bike file {at}: {e}")),
         })?;
         let path = at.to_string(); // for messages
         let bike = BikeFile::parse(text, bike_id, Path::new(&path), &self.settings)
-            .map_err(|e| refuse("bad_bike_file", e.to_string()))?;
+            .map_err(|e| refuse(RejectionCode::BadBikeFile, e.to_string()))?;
         Ok(Arc::new(bike))
     }
 }

@@ -8,6 +8,7 @@ use super::run::note_unsafe_id;
 use super::work::guarded;
 use crate::batch::log_hash::hash_file;
 use crate::batch::settings::Maps;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::diagnose::{self, Diagnosis};
 use crate::ingest::{self, Raw};
 use crate::pipeline::{self, Input, Pipeline, Rejection};
@@ -43,7 +44,7 @@ pub fn run(
 ) -> Result<Tables, Rejection> {
     let mut outcome = with_input(log, bike, pipeline, maps, |raw, mut input| {
         input.signals = signals;
-        guarded("pipeline", || pipeline::run_raw(raw, &input, &bike.bike, pipeline))
+        guarded(Stage::Pipeline, || pipeline::run_raw(raw, &input, &bike.bike, pipeline))
     })?;
     note_unsafe_id(&mut outcome);
     let tables = outcome.tables().map_err(|e| Rejection::unwritable(&e))?;
@@ -64,7 +65,8 @@ pub fn diagnose(
 ) -> Result<(Diagnosis, Tables), Rejection> {
     with_input(log, bike, pipeline, maps, |raw, input| {
         let settings = &work.settings;
-        let d = guarded("diagnose", || diagnose::run_raw(raw, &bike.bike, pipeline, settings))?;
+        let d =
+            guarded(Stage::Diagnose, || diagnose::run_raw(raw, &bike.bike, pipeline, settings))?;
         let tables = work.tables(&d, &input).map_err(|e| Rejection::unwritable(&e))?;
         Ok((d, tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect()))
     })
@@ -78,18 +80,18 @@ fn with_input<T>(
     maps: &Maps,
     then: impl FnOnce(Raw, Input<'_>) -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
-    let refuse = |code, message| Rejection { stage: "ingest", code, message, limits: None };
+    let refuse = |code, message| Rejection { stage: Stage::Ingest, code, message, limits: None };
     let (at, input_hash) = match &log {
         Log::Table(raw) => (Location::Local(NO_PATH.into()), hash(raw)),
         Log::File(at) => {
             let hash = hash_file(at)
-                .map_err(|e| refuse("unreadable", format!("cannot read {at}: {e}")))?;
+                .map_err(|e| refuse(RejectionCode::Unreadable, format!("cannot read {at}: {e}")))?;
             ((*at).clone(), hash)
         }
     };
     let mut raw = match log {
         Log::Table(raw) => *raw,
-        Log::File(at) => guarded("ingest", || {
+        Log::File(at) => guarded(Stage::Ingest, || {
             ingest::read(at, maps.list()).map_err(|e| refuse(e.code, e.message))
         })?,
     };

@@ -11,6 +11,7 @@ use crate::batch::store::kind;
 use crate::batch::store::kind::Kind;
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::settle;
+use crate::contract::rejection::Stage;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::report::{self, Pages};
 use crate::store::tables::names::{file_name, is_plain};
@@ -79,7 +80,7 @@ pub(crate) fn note_unsafe_id(outcome: &mut Outcome) {
     }
     outcome.warnings.push(WarningRow {
         ident: outcome.session.ident.clone(),
-        stage: "ingest".to_owned(),
+        stage: Stage::Ingest.as_str().to_owned(),
         code: "unsafe_session_id".to_owned(),
         channel: None,
         count: 1,

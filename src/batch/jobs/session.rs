@@ -14,7 +14,8 @@ use crate::batch::store::marker::Committed;
 use crate::batch::store::parts;
 use crate::batch::workers::blame;
 use crate::contract::instant;
-use crate::ingest::{self, CHANGED, Identified};
+use crate::contract::rejection::{RejectionCode, Stage};
+use crate::ingest::{self, Identified};
 use crate::pipeline::{Input, Rejection};
 use crate::store::objects::Location;
 use crate::store::tables::registry;
@@ -135,7 +136,12 @@ fn same<R>(
          roadbench, please report it",
         job.meta.session_id
     );
-    Err(Rejection { stage: "ingest", code: "internal_error", message, limits: None })
+    Err(Rejection {
+        stage: Stage::Ingest,
+        code: RejectionCode::InternalError,
+        message,
+        limits: None,
+    })
 }
 
 /// The rejection of a log that is not what it was.
@@ -144,7 +150,7 @@ fn changed(job: &Job, how: &str) -> Rejection {
         "{} changed while it was read ({how}); the next run reads it again, best when nobody writes it",
         job.log
     );
-    Rejection { stage: "ingest", code: CHANGED, message, limits: None }
+    Rejection { stage: Stage::Ingest, code: RejectionCode::Changed, message, limits: None }
 }
 
 /// What tells that a file was touched; of an object nothing, since its bytes are asked for by their name.
@@ -209,7 +215,7 @@ pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected,
 /// The output cannot be written.
 pub(crate) fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
-    if blame::is_the_logs(&row.code)
+    if blame::is_the_logs(row)
         && let Some(key) = store.session_of(row, start)
     {
         store.remove(&key)?;

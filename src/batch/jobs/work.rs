@@ -7,6 +7,7 @@ use arrow::array::RecordBatch;
 use super::bikes::BikeFile;
 use super::what::What;
 use crate::batch::store::kind::Kind;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::maps::ChannelMap;
 use crate::ingest::{self, Identified};
 use crate::pipeline::{Input, Pipeline, Rejection};
@@ -110,7 +111,7 @@ pub(crate) fn encoded(
 
 /// Does something that may panic; a panic becomes a rejection, and the batch goes on.
 pub fn guarded<T>(
-    stage: &'static str,
+    stage: Stage,
     work: impl FnOnce() -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
     // nothing that outlives the call is changed by it, so there is nothing to be left half-done
@@ -124,6 +125,6 @@ pub fn guarded<T>(
             "roadbench failed on this log (\"{text}\"); this is a mistake in roadbench, please \
              report it"
         );
-        Err(Rejection { stage, code: "internal_error", message, limits: None })
+        Err(Rejection { stage, code: RejectionCode::InternalError, message, limits: None })
     })
 }

@@ -340,7 +340,7 @@ impl Store {
             return Ok(());
         }
         let rows = at.read().map(|bytes| read::rows_of::<Rejected>(&at, bytes));
-        let is_foreign = |row: &Rejected| self.found.kind.foreign_stages.contains(&&*row.stage);
+        let is_foreign = |row: &Rejected| self.found.kind.is_foreign(row);
         if matches!(rows, Ok(Ok(rows)) if rows.iter().any(is_foreign)) {
             return Ok(());
         }
@@ -435,7 +435,7 @@ impl Store {
                 above.any(|folder| folder.to_str().is_some_and(|f| found.contains(f)))
                     || (!log.is_remote() && log.exists().is_err())
             };
-            let is_foreign = self.found.kind.foreign_stages.contains(&&*row.stage);
+            let is_foreign = self.found.kind.is_foreign(&row);
             if is_below && !is_foreign && !found.contains(&row.path) && !is_hidden() {
                 self.mark_behind()?;
                 remove(&at)?;
@@ -470,7 +470,7 @@ impl Store {
 
     /// Whether the output keeps rows of a rejected log: it could not be read tonight, and is what it was for all we know.
     pub fn keeps(&self, rejected: &Rejected, start: Option<i64>) -> bool {
-        !blame::is_the_logs(&rejected.code) && self.session_of(rejected, start).is_some()
+        !blame::is_the_logs(rejected) && self.session_of(rejected, start).is_some()
     }
 
     /// The session that an unreadable log was when it could still be read: the last one that was made from this very path, if

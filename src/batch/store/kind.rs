@@ -1,8 +1,10 @@
 //! How an output keeps account of the sessions of a command. Two commands may share an output: each
 //! has its own tables, its own commit marker and its own marks.
 
+use crate::contract::rejection::Stage;
 use crate::store::tables::registry;
 use crate::store::tables::registry::{Command, Presence, TableSpec};
+use crate::store::tables::rows::Rejected;
 
 /// Folder of the rows of `causes` that several sessions share, below the output.
 pub(crate) const SHARED: &str = "causes/bike=_pooled";
@@ -33,12 +35,17 @@ pub struct Kind {
     /// Files that are made over all sessions at the end of every batch, below the output.
     pub over_all: &'static [&'static str],
     /// Stage of a rejection that comes from no stage of its own: a panic.
-    pub stage: &'static str,
+    pub stage: Stage,
     /// Stages that reject for another command only: a success of this one does not remove their rows.
-    pub foreign_stages: &'static [&'static str],
+    pub foreign_stages: &'static [Stage],
 }
 
 impl Kind {
+    /// Whether a rejection is another command's: a success of this one does not remove it.
+    pub fn is_foreign(&self, row: &Rejected) -> bool {
+        Stage::parse(&row.stage).is_some_and(|stage| self.foreign_stages.contains(&stage))
+    }
+
     /// The tables of a session but for the commit marker.
     pub fn tables(&self) -> impl Iterator<Item = &'static TableSpec> {
         let marker = self.marker;
@@ -83,8 +90,8 @@ pub static RUN: Kind = Kind {
     behind: ".roadbench/behind",
     switched: ".roadbench/switched",
     over_all: &["report/index.html", "fleet/fleet.parquet"],
-    stage: "pipeline",
-    foreign_stages: &["diagnose"],
+    stage: Stage::Pipeline,
+    foreign_stages: &[Stage::Diagnose],
 };
 
 /// Of `roadbench diagnose`.
@@ -97,6 +104,6 @@ pub static DIAGNOSE: Kind = Kind {
     behind: ".roadbench/behind_diagnose",
     switched: ".roadbench/switched_diagnose",
     over_all: &["report/index.html"],
-    stage: "diagnose",
-    foreign_stages: &["pipeline", "estimate"],
+    stage: Stage::Diagnose,
+    foreign_stages: &[Stage::Pipeline, Stage::Estimate],
 };

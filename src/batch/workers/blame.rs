@@ -4,47 +4,30 @@
 //! had from an earlier batch go. Not the log's: the next batch may well read it. Then its rows stay as they are, and it is
 //! tried again every time.
 
-use crate::ingest::{CHANGED, UNREACHABLE, UNREADABLE};
+use crate::contract::rejection::RejectionCode;
+use crate::store::tables::rows::Rejected;
 
-/// There is no such file: what it was stays in the archive until it is forgotten.
-pub(crate) const NOT_FOUND: &str = "not_found";
-/// There is a folder, and no log in it.
-pub(crate) const NO_LOGS: &str = "no_logs";
-/// Another log of the batch has its session.
-pub(crate) const DUPLICATE_ID: &str = "duplicate_session_id";
-/// Its worker was killed by somebody else.
-pub(crate) const KILLED: &str = "killed";
-/// There was no worker for it.
-pub(crate) const NO_WORKER: &str = "no_worker";
-/// Its worker had less memory than it may have.
-pub(crate) const NO_MEMORY: &str = "no_memory";
-
-/// Its worker crashed over it.
-pub(crate) const CRASHED: &str = "crashed";
-/// It takes more memory than it may.
-pub(crate) const TOO_LARGE: &str = "too_large";
-/// It takes more time than it may.
-pub(crate) const TOO_SLOW: &str = "too_slow";
-
-/// Codes of rejections that are not the log's fault.
-const NOT_ITS_OWN: [&str; 9] = [
-    UNREACHABLE,
-    UNREADABLE,
-    CHANGED,
-    NOT_FOUND,
-    NO_LOGS,
-    DUPLICATE_ID,
-    KILLED,
-    NO_WORKER,
-    NO_MEMORY,
+/// Codes of rejections that are not the log's fault. Of the duplicates of an id the other log has the session; a log that
+/// is gone stays in the archive until it is forgotten.
+const NOT_ITS_OWN: [RejectionCode; 9] = [
+    RejectionCode::Unreachable,
+    RejectionCode::Unreadable,
+    RejectionCode::Changed,
+    RejectionCode::NotFound,
+    RejectionCode::NoLogs,
+    RejectionCode::DuplicateSessionId,
+    RejectionCode::Killed,
+    RejectionCode::NoWorker,
+    RejectionCode::NoMemory,
 ];
 
 /// Codes of logs that ended a worker, and would again.
-pub(crate) const ENDS_A_WORKER: [&str; 3] = [CRASHED, TOO_LARGE, TOO_SLOW];
+pub(crate) const ENDS_A_WORKER: [RejectionCode; 3] =
+    [RejectionCode::Crashed, RejectionCode::TooLarge, RejectionCode::TooSlow];
 
-/// Whether a log that was rejected so has no session any more.
-pub(crate) fn is_the_logs(code: &str) -> bool {
-    !NOT_ITS_OWN.contains(&code)
+/// Whether a log that was rejected so has no session any more. A code of another version counts as the log's.
+pub(crate) fn is_the_logs(row: &Rejected) -> bool {
+    RejectionCode::parse(&row.code).is_none_or(|code| !NOT_ITS_OWN.contains(&code))
 }
 
 #[cfg(test)]
@@ -53,8 +36,10 @@ mod tests {
 
     #[test]
     fn what_ends_a_worker_is_the_logs_and_what_ends_it_from_outside_is_not() {
-        assert!(ENDS_A_WORKER.into_iter().all(is_the_logs));
-        assert!(["damaged", "too_short", "internal_error"].into_iter().all(is_the_logs));
-        assert!([KILLED, NO_WORKER, UNREADABLE, CHANGED].into_iter().all(|c| !is_the_logs(c)));
+        let is =
+            |code: &str| is_the_logs(&Rejected { code: code.to_owned(), ..Rejected::default() });
+        assert!(ENDS_A_WORKER.into_iter().all(|code| is(code.as_str())));
+        assert!(["damaged", "too_short", "internal_error", "of_tomorrow"].into_iter().all(is));
+        assert!(!["killed", "no_worker", "unreadable", "changed"].into_iter().any(is));
     }
 }

@@ -8,6 +8,7 @@ use super::fit::{Fit, Problem, long_run, weights};
 use super::residuals::Residuals;
 use super::uncertain;
 use crate::contract::bike::Bike;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::diagnose::cause::Naming;
@@ -78,7 +79,7 @@ pub fn diagnose(
     config.riders = vec![Rider::B];
     let OffroadForces { estimate: forces, segments, warnings, .. } =
         pipeline::offroad_forces(session.clone(), bike, pipeline, &config)
-            .map_err(|why| Rejection { stage: "diagnose", ..why })?;
+            .map_err(|why| Rejection { stage: Stage::Diagnose, ..why })?;
     let residuals = Residuals::new(&forces, &segments, config.rider.crossfade);
     if residuals.blocks.len() < FEWEST {
         return Err(too_little(residuals.blocks.len(), &warnings));
@@ -193,8 +194,12 @@ fn too_little(blocks: usize, warnings: &[Warning]) -> Rejection {
         ),
         false => format!("no equation is left over to hold the model against: {}", lost.join("; ")),
     };
-    let code = if lost.is_empty() { "too_few_manoeuvres" } else { "missing_column" };
-    Rejection { stage: "diagnose", code, message, limits: None }
+    let code = if lost.is_empty() {
+        RejectionCode::TooFewManoeuvres
+    } else {
+        RejectionCode::MissingColumn
+    };
+    Rejection { stage: Stage::Diagnose, code, message, limits: None }
 }
 
 /// Residuals under the base: rider B on the bike.

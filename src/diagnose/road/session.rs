@@ -18,6 +18,7 @@ use super::simulation_errors::simulation_errors;
 use super::stage::{Memory, Ride};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::verdict::Verdict;
 use crate::diagnose::cause::{Cause, Naming, Objection};
@@ -145,11 +146,11 @@ pub fn fitted<'a>(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<Fitted<'a>, Rejection> {
-    let refuse = |code, message| Rejection { stage: "diagnose", code, message, limits: None };
+    let refuse = |code, message| Rejection { stage: Stage::Diagnose, code, message, limits: None };
     let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
         let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
-        return Err(refuse("missing_column", message.to_owned()));
+        return Err(refuse(RejectionCode::MissingColumn, message.to_owned()));
     }
     let session = match session.has(Channel::AccelerationX) {
         true => Cow::Borrowed(session),
@@ -167,7 +168,7 @@ pub fn fitted<'a>(
             samples.len() as f64 / RATE,
             (FEWEST * BLOCK) as f64 / RATE
         );
-        return Err(refuse("too_few_manoeuvres", message));
+        return Err(refuse(RejectionCode::TooFewManoeuvres, message));
     }
     let base = base::fit(&samples, &Parameters::new(bike, solution));
     let latency = solution.inputs.zeros.latency;

@@ -9,6 +9,7 @@ use super::finding::{Finding, Findings};
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Accelerations above this are compared, m/s².
@@ -74,7 +75,7 @@ fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
         _ => return None,
     };
     let finding = Finding {
-        code: "scale_acceleration",
+        code: RejectionCode::ScaleAcceleration,
         channel: Channel::AccelerationX,
         count: pair.n,
         message: format!("acceleration_x {what} in the channel map"),
@@ -88,11 +89,11 @@ fn judge(channel: Channel, m: Median, of: &str) -> Option<Finding> {
     // turned and in g as well: along x only, across a leaning sensor looks like that
     let sized = if channel == Channel::AccelerationX { m.value.abs() } else { m.value };
     let (code, what) = if (0.65..1.5).contains(&(sized * GRAVITY)) {
-        ("unit_acceleration", "it looks like g, not m/s2")
+        (RejectionCode::UnitAcceleration, "it looks like g, not m/s2")
     } else if m.value < -0.3 {
         let code = match channel {
-            Channel::AccelerationX => "sign_acceleration_x",
-            _ => "sign_acceleration_y",
+            Channel::AccelerationX => RejectionCode::SignAccelerationX,
+            _ => RejectionCode::SignAccelerationY,
         };
         (code, "its sign is wrong")
     } else {
@@ -121,7 +122,7 @@ fn tilt(m: Median) -> Finding {
 
 fn gravity(channel: Channel, count: usize, seen: &str) -> Finding {
     Finding {
-        code: "gravity_in_acceleration",
+        code: RejectionCode::GravityInAcceleration,
         channel,
         count,
         message: format!(

@@ -10,6 +10,7 @@ use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Degrees per radian.
@@ -38,7 +39,14 @@ pub(crate) fn check(view: &View, bike: Option<&Bike>, out: &mut Findings<'_>) ->
         let p99 = view.get(channel).and_then(|x| view.p99(|i| x[i]));
         if let Some(p99) = p99.filter(|p| *p > LARGEST) {
             let seen = format!("it reaches {p99:.1} while riding, {:.0} deg as rad", p99 * DEGREES);
-            out.push(unit("unit_angle", channel, view.count_moving(), "degrees", "rad", &seen))?;
+            out.push(unit(
+                RejectionCode::UnitAngle,
+                channel,
+                view.count_moving(),
+                "degrees",
+                "rad",
+                &seen,
+            ))?;
         }
     }
     rate_of_angle(view, Channel::Roll, Channel::RollRate, out)?;
@@ -53,7 +61,7 @@ fn large(view: &View, angle: Channel) -> bool {
 }
 
 fn unit(
-    code: &'static str,
+    code: RejectionCode,
     channel: Channel,
     count: usize,
     is: &str,
@@ -87,14 +95,14 @@ fn rate_of_angle(
     let Some(m) = view.ratio(|i| r[i], |i| change[i], 0.1) else { return Ok(()) };
     if degrees(m.value) {
         let seen = format!("it is {:.0} times the change of {angle}", m.value);
-        out.push(unit("unit_rate", rate, m.n, "deg/s", "rad/s", &seen))?;
+        out.push(unit(RejectionCode::UnitRate, rate, m.n, "deg/s", "rad/s", &seen))?;
     }
     if degrees(1.0 / m.value) && large(view, angle) {
         let seen = format!("it changes {:.0} times as fast as {rate} says", 1.0 / m.value);
-        out.push(unit("unit_angle", angle, m.n, "degrees", "rad", &seen))?;
+        out.push(unit(RejectionCode::UnitAngle, angle, m.n, "degrees", "rad", &seen))?;
     } else if degrees(1.0 / m.value) {
         let seen = format!("{angle} changes {:.0} times as fast", 1.0 / m.value);
-        out.push(unit("unit_rate", rate, m.n, "rad/s", "deg/s", &seen))?;
+        out.push(unit(RejectionCode::UnitRate, rate, m.n, "rad/s", "deg/s", &seen))?;
     }
     let pair = view.pair(&r, &change, 0.1);
     if let Some(p) = pair.filter(|p| rate == Channel::RollRate && !degrees(p.scale))
@@ -103,7 +111,7 @@ fn rate_of_angle(
         && !degrees(1.0 / p.scale)
     {
         out.push(Finding {
-            code: "scale_rate",
+            code: RejectionCode::ScaleRate,
             channel: rate,
             count: p.n,
             message: format!(
@@ -116,7 +124,7 @@ fn rate_of_angle(
     // pitch moves little and slowly: its rate's sign is not judged
     if rate == Channel::RollRate && m.value < -SIGNED {
         out.push(Finding {
-            code: "sign_roll_rate",
+            code: RejectionCode::SignRollRate,
             channel: rate,
             count: m.n,
             message: format!(
@@ -157,19 +165,19 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
             None => format!("the lateral acceleration would reach {:.0} g", p99.unwrap_or(0.0)),
         };
         let n = by_lean.map_or(view.count_moving(), |m| m.n);
-        out.push(unit("unit_rate", Channel::YawRate, n, "deg/s", "rad/s", &seen))?;
+        out.push(unit(RejectionCode::UnitRate, Channel::YawRate, n, "deg/s", "rad/s", &seen))?;
     }
     if let Some(m) = roll.and_then(|x| view.ratio(|i| x[i], |i| -lateral(i).atan(), BEND / 2.0))
         && degrees(m.value)
     {
         let seen = format!("it is {:.0} times what yaw rate and speed ask for", m.value);
-        out.push(unit("unit_angle", Channel::Roll, m.n, "degrees", "rad", &seen))?;
+        out.push(unit(RejectionCode::UnitAngle, Channel::Roll, m.n, "degrees", "rad", &seen))?;
     }
     if let Some(m) = heading
         && degrees(m.value)
     {
         let seen = format!("it changes {:.0} times as fast as yaw_rate says", m.value);
-        out.push(unit("unit_angle", Channel::Yaw, m.n, "degrees", "rad", &seen))?;
+        out.push(unit(RejectionCode::UnitAngle, Channel::Yaw, m.n, "degrees", "rad", &seen))?;
     }
 
     let track = view.track();
@@ -184,7 +192,7 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     }
     if let Some(m) = heading.filter(|m| m.value < -SIGNED) {
         out.push(Finding {
-            code: "sign_yaw",
+            code: RejectionCode::SignYaw,
             channel: Channel::Yaw,
             count: m.n,
             message: format!(
@@ -196,7 +204,7 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     }
     if let Some(m) = course.filter(|m| m.value < -SIGNED) {
         out.push(Finding {
-            code: "sign_lateral",
+            code: RejectionCode::SignLateral,
             channel: Channel::YawRate,
             count: m.n,
             message: "the track over ground turns the other way than yaw_rate: either every \
@@ -228,7 +236,7 @@ fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Finding {
         0 => (Channel::Roll, "one of them has the wrong sign, and no other channel tells which"),
     };
     Finding {
-        code: "sign_roll_yaw",
+        code: RejectionCode::SignRollYaw,
         channel,
         count: lean.n,
         message: format!(
@@ -258,12 +266,19 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
     let Some(m) = view.ratio(|i| delta[i], expected, 0.04) else { return Ok(()) };
     if degrees(m.value) {
         let seen = format!("it is {:.0} times what slow bends ask for", m.value);
-        out.push(unit("unit_angle", Channel::SteerAngle, m.n, "degrees", "rad", &seen))?;
+        out.push(unit(
+            RejectionCode::UnitAngle,
+            Channel::SteerAngle,
+            m.n,
+            "degrees",
+            "rad",
+            &seen,
+        ))?;
     }
     if !(1.0 / STEERED..STEERED).contains(&m.value.abs()) && !degrees(m.value) {
         let hint = if degrees(1.0 / m.value) { "it looks like rad read as degrees: " } else { "" };
         return out.push(Finding {
-            code: "scale_steer",
+            code: RejectionCode::ScaleSteer,
             channel: Channel::SteerAngle,
             count: m.n,
             message: format!(
@@ -274,7 +289,7 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
     }
     if m.value < -SIGNED {
         out.push(Finding {
-            code: "sign_steer",
+            code: RejectionCode::SignSteer,
             channel: Channel::SteerAngle,
             count: m.n,
             message: format!(

@@ -10,6 +10,7 @@ use super::finding::{Finding, Findings};
 use super::view::{Pair, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Lateral acceleration above which it is a bend, g.
@@ -174,7 +175,7 @@ fn finding(of: &Account, other: &Account, scale: f64, pair: &Pair, outvoted: boo
         ", and nothing tells which is right"
     };
     Finding {
-        code: "scale_lateral",
+        code: RejectionCode::ScaleLateral,
         channel: of.channel,
         count: pair.n,
         message: format!(

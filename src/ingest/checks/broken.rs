@@ -23,7 +23,7 @@ fn said(mut session: Session) -> Result<(Vec<String>, Vec<C>), &'static str> {
             let doubted: Vec<C> = gone.chain(session.contradicted.iter().map(|c| c.0)).collect();
             Ok((warnings.iter().map(|w| format!("{}: {}", w.code, w.message)).collect(), doubted))
         }
-        Err(e) => Err(e.code),
+        Err(e) => Err(e.code.as_str()),
     }
 }
 

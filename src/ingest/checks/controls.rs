@@ -3,6 +3,7 @@
 use super::finding::{Finding, Findings};
 use super::view::{FEWEST, View, quantile};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Deceleration that is braking, m/s²: more than an engine gives.
@@ -60,7 +61,7 @@ fn sign(
         return Ok(());
     }
     out.push(Finding {
-        code: "sign_pressure",
+        code: RejectionCode::SignPressure,
         channel,
         count: all.len(),
         message: format!(
@@ -110,7 +111,7 @@ fn unit(view: &View, pull: &[f64], out: &mut Findings<'_>) -> Result<(), Error> 
         near.map_or(String::new(), |(is, read)| format!(", as of {} read as {}", is.0, read.0));
     for (channel, _) in &lines {
         out.push(Finding {
-            code: "unit_pressure",
+            code: RejectionCode::UnitPressure,
             channel: *channel,
             count: gain.n,
             message: format!(
@@ -130,7 +131,7 @@ fn throttle(view: &View, t: &[f64], pull: &[f64], out: &mut Findings<'_>) -> Res
         return Ok(());
     }
     out.push(Finding {
-        code: "sign_throttle",
+        code: RejectionCode::SignThrottle,
         channel: Channel::Throttle,
         count: view.count_moving(),
         message: format!(

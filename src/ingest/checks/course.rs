@@ -7,6 +7,7 @@ use super::finding::{Finding, Findings};
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Lateral acceleration above which it is a bend, g.
@@ -54,7 +55,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
 
 fn yaw_turned(m: Median, witness: &str) -> Finding {
     Finding {
-        code: "sign_yaw",
+        code: RejectionCode::SignYaw,
         channel: Channel::Yaw,
         count: m.n,
         message: format!(
@@ -73,7 +74,7 @@ fn roll_turned(m: Median, track: bool) -> Finding {
          needs `sign = -1`)"
     };
     Finding {
-        code: "sign_roll_yaw",
+        code: RejectionCode::SignRollYaw,
         channel: Channel::Roll,
         count: m.n,
         message: format!(
@@ -86,7 +87,7 @@ fn roll_turned(m: Median, track: bool) -> Finding {
 
 fn mirrored(m: Median, channel: Channel, which: &str) -> Finding {
     Finding {
-        code: "sign_lateral",
+        code: RejectionCode::SignLateral,
         channel,
         count: m.n,
         message: format!(

@@ -1,6 +1,7 @@
 //! What the checks found, and what comes of it.
 
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::switches::{Effect, Switches};
 use crate::ingest::error::Error;
@@ -8,7 +9,7 @@ use crate::ingest::error::Error;
 /// Something wrong.
 pub(crate) struct Finding {
     /// One of [`CHECKS`](crate::ingest::CHECKS).
-    pub code: &'static str,
+    pub code: RejectionCode,
     pub channel: Channel,
     /// How many 0.2 s means it was seen in.
     pub count: usize,
@@ -84,7 +85,14 @@ impl<'a> Findings<'a> {
             }
         }
         let channel = Some(channel);
-        self.warnings.push(Warning { stage: "ingest", code, channel, count, time: None, message });
+        self.warnings.push(Warning {
+            stage: "ingest",
+            code: code.as_str(),
+            channel,
+            count,
+            time: None,
+            message,
+        });
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use super::finding::{Finding, Findings};
 use super::view::{FEWEST, View};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::session_schema::session_table;
 
@@ -31,7 +32,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
             continue;
         }
         out.push(Finding {
-            code: "impossible",
+            code: RejectionCode::Impossible,
             channel,
             count,
             message: format!(

@@ -20,6 +20,7 @@
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::ingest::config::Config;
@@ -65,7 +66,7 @@ pub fn check(
     }
     if !has_velocity(session) {
         return Err(Error {
-            code: "missing_column",
+            code: RejectionCode::MissingColumn,
             message: format!(
                 "velocity_x is stuck or impossible, and every coefficient needs it: {}",
                 findings.warnings.last().map_or("", |w| w.message.as_str())
@@ -98,7 +99,7 @@ fn run<'a>(
         let there = session.has(Channel::VelocityX);
         let state = if there { "has no valid sample" } else { "is missing" };
         return Err(Error {
-            code: "missing_column",
+            code: RejectionCode::MissingColumn,
             message: format!(
                 "velocity_x {state}; every coefficient needs the forward velocity: map a speed \
                  channel onto it"
@@ -108,7 +109,7 @@ fn run<'a>(
     let mut view = View::new(session);
     if view.count_moving() < view::FEWEST {
         findings.push(Finding {
-            code: "standstill",
+            code: RejectionCode::Standstill,
             channel: Channel::VelocityX,
             count: view.count_moving(),
             message: format!(

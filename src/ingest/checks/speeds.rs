@@ -4,6 +4,7 @@ use super::finding::{Finding, Findings};
 use super::view::{Median, View, quantile};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// Speeds by the units that loggers write, m/s.
@@ -64,7 +65,7 @@ pub(crate) fn check(
         && m.value < 0.0
     {
         out.push(Finding {
-            code: "sign_velocity_x",
+            code: RejectionCode::SignVelocityX,
             channel: Channel::VelocityX,
             count: m.n,
             message: format!(
@@ -114,7 +115,7 @@ fn over_ground(
         && factor.ln().abs() > DISTINCT
     {
         out.push(Finding {
-            code: "unit_velocity",
+            code: RejectionCode::UnitVelocity,
             channel: Channel::VelocityX,
             count: ratio.n,
             message: format!(
@@ -133,7 +134,7 @@ fn over_ground(
         let contradict = [Channel::VelocityX, Channel::Latitude, Channel::Longitude];
         out.push_contradiction(
             Finding {
-                code: "speed_over_ground",
+                code: RejectionCode::SpeedOverGround,
                 channel: Channel::VelocityX,
                 count: ratio.n,
                 message: format!("velocity_x does not fit the track: {seen}{or}; {what}"),
@@ -161,7 +162,7 @@ fn stuck(view: &View, v: &[f64], omega: &[f64], channel: Channel) -> Option<Find
     let level_v = view.median(|i| v[i])?.value;
     let still = range_omega * level_v <= STUCK * range_v * level.max(1e-9) || level < 1e-6;
     (range_v > 3.0 && still).then(|| Finding {
-        code: "stuck",
+        code: RejectionCode::Stuck,
         channel,
         count: n,
         message: format!(
@@ -190,7 +191,7 @@ fn judge(
     }
     if let Some(w) = suspects.iter().find(|w| w.ratio.value < 0.0) {
         return out.push(Finding {
-            code: "sign_wheel_speed",
+            code: RejectionCode::SignWheelSpeed,
             channel: w.channel,
             count: w.ratio.n,
             message: format!(
@@ -207,7 +208,7 @@ fn judge(
 
 fn implausible_radius(w: &Wheel) -> Finding {
     Finding {
-        code: "implausible_radius",
+        code: RejectionCode::ImplausibleRadius,
         channel: w.channel,
         count: w.ratio.n,
         message: format!(
@@ -226,23 +227,27 @@ fn implausible_radius(w: &Wheel) -> Finding {
 fn unit_candidates(
     suspects: &[&Wheel],
     velocity_suspect: bool,
-) -> Vec<(f64, &'static str, String)> {
+) -> Vec<(f64, RejectionCode, String)> {
     let worst = |expected: &dyn Fn(&Wheel) -> f64| {
         suspects.iter().map(|w| off(w.ratio.value, expected(w))).fold(0.0, f64::max)
     };
     let mut candidates = Vec::new();
     // of equals the first stays first: a unit of the velocity is the simpler account of two wheels
     for (factor, how) in misread().filter(|_| velocity_suspect) {
-        candidates.push((worst(&|_| factor), "unit_velocity", how));
+        candidates.push((worst(&|_| factor), RejectionCode::UnitVelocity, how));
     }
     for (factor, how) in misread() {
-        candidates.push((worst(&|_| 1.0 / factor), "unit_wheel_speed", how));
+        candidates.push((worst(&|_| 1.0 / factor), RejectionCode::UnitWheelSpeed, how));
     }
     for unit in &SPIN_UNITS {
-        candidates.push((worst(&|_| 1.0 / unit.factor), "unit_wheel_speed", unit.name.to_owned()));
+        candidates.push((
+            worst(&|_| 1.0 / unit.factor),
+            RejectionCode::UnitWheelSpeed,
+            unit.name.to_owned(),
+        ));
     }
     let tread = "m/s (the speed of the tread, not rad/s)";
-    candidates.push((worst(&|w| 1.0 / w.radius), "unit_wheel_speed", tread.to_owned()));
+    candidates.push((worst(&|w| 1.0 / w.radius), RejectionCode::UnitWheelSpeed, tread.to_owned()));
     candidates.sort_by(|a, b| (1e6 * a.0).round().total_cmp(&(1e6 * b.0).round()));
     candidates
 }
@@ -261,8 +266,8 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
         })
         .collect::<Vec<_>>()
         .join(", ");
-    let what = |code: &str| match code {
-        "unit_velocity" => "velocity_x".to_owned(),
+    let what = |code: RejectionCode| match code {
+        RejectionCode::UnitVelocity => "velocity_x".to_owned(),
         _ => suspects.iter().map(|w| w.channel.name()).collect::<Vec<_>>().join(" and "),
     };
     let candidates = unit_candidates(suspects, velocity_suspect);
@@ -271,11 +276,11 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
     {
         let (next, code) = (*next, *code);
         let or = if next < 1.5 * NEAR {
-            format!(" (or {} like {unit2})", what(code2))
+            format!(" (or {} like {unit2})", what(*code2))
         } else {
             String::new()
         };
-        let velocity = code == "unit_velocity";
+        let velocity = code == RejectionCode::UnitVelocity;
         return Finding {
             code,
             channel: if velocity { Channel::VelocityX } else { suspects[0].channel },
@@ -287,7 +292,7 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
         };
     }
     Finding {
-        code: "implausible_radius",
+        code: RejectionCode::ImplausibleRadius,
         channel: suspects[0].channel,
         count: suspects[0].ratio.n,
         message: format!(

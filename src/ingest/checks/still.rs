@@ -7,6 +7,7 @@ use super::finding::{Finding, Findings};
 use super::view::View;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
 /// A range of speeds in which everything has to move, m/s.
@@ -74,7 +75,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
         };
         let Some(against) = against else { continue };
         out.push(Finding {
-            code: "stuck",
+            code: RejectionCode::Stuck,
             channel,
             count: view.count_moving(),
             message: format!(

@@ -23,6 +23,7 @@ use super::view::{FEWEST, View, quantile};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::motorcycle::balance::{LARGEST_FRICTION, USUAL_SLIP_STIFFNESS};
 
@@ -51,7 +52,7 @@ pub(crate) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
     let usual = -1.0 / (GRAVITY * USUAL_SLIP_STIFFNESS * motion.loads(0.0)[1]);
     if let Some(free) = free.filter(|f| exchanged(f, usual)) {
         out.push(Finding {
-            code: "wheels_swapped",
+            code: RejectionCode::WheelsSwapped,
             channel: Channel::WheelSpeedFront,
             count: free.n,
             message: format!(
@@ -98,7 +99,7 @@ fn brakes(
     );
     match beyond {
         [Some((front, n)), Some((rear, m))] => out.push(Finding {
-            code: "brakes_unclear",
+            code: RejectionCode::BrakesUnclear,
             channel: NAMES[1],
             count: n + m,
             message: format!(
@@ -109,7 +110,7 @@ fn brakes(
         }),
         [Some(_), None] => Ok(()),
         [None, Some((rear, n))] => out.push(Finding {
-            code: "brakes_swapped",
+            code: RejectionCode::BrakesSwapped,
             channel: NAMES[1],
             count: n,
             message: format!(
@@ -125,7 +126,7 @@ fn brakes(
                 return Ok(());
             }
             out.push(Finding {
-                code: "brakes_swapped",
+                code: RejectionCode::BrakesSwapped,
                 channel: NAMES[1],
                 count: evidence.n,
                 message: format!(

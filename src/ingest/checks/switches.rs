@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::rejection::RejectionCode;
+
 /// What a finding does to the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -34,7 +36,7 @@ impl Effect {
 #[derive(Debug, Clone, Copy)]
 pub struct Check {
     /// Code in `warnings` and `rejected`, and the key of its switch.
-    pub code: &'static str,
+    pub code: RejectionCode,
     /// What it is seen by.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub seen_by: &'static str,
@@ -44,78 +46,114 @@ pub struct Check {
 
 /// Every check that can be switched.
 pub const CHECKS: &[Check] = &[
-    check("standstill", "too little motion to check anything", Effect::Warn),
-    check("sign_velocity_x", "a negative velocity while riding", Effect::Reject),
-    check("unit_velocity", "`v / (omega R)`, track over ground", Effect::Reject),
+    check(RejectionCode::Standstill, "too little motion to check anything", Effect::Warn),
+    check(RejectionCode::SignVelocityX, "a negative velocity while riding", Effect::Reject),
+    check(RejectionCode::UnitVelocity, "`v / (omega R)`, track over ground", Effect::Reject),
     check(
-        "speed_over_ground",
+        RejectionCode::SpeedOverGround,
         "velocity and track over ground by more than 12 % apart, in no unit's ratio",
         Effect::Warn,
     ),
-    check("unit_wheel_speed", "`v / (omega R)`", Effect::Reject),
-    check("sign_wheel_speed", "a negative wheel speed while riding", Effect::Reject),
-    check("implausible_radius", "`v / (omega R)` off by 25 % (by 10 %: a warning)", Effect::Reject),
-    check("stuck", "a channel that stays while the others move", Effect::LeaveOut),
-    check("impossible", "many samples beyond what a motorcycle does", Effect::LeaveOut),
+    check(RejectionCode::UnitWheelSpeed, "`v / (omega R)`", Effect::Reject),
+    check(RejectionCode::SignWheelSpeed, "a negative wheel speed while riding", Effect::Reject),
     check(
-        "unit_angle",
+        RejectionCode::ImplausibleRadius,
+        "`v / (omega R)` off by 25 % (by 10 %: a warning)",
+        Effect::Reject,
+    ),
+    check(RejectionCode::Stuck, "a channel that stays while the others move", Effect::LeaveOut),
+    check(
+        RejectionCode::Impossible,
+        "many samples beyond what a motorcycle does",
+        Effect::LeaveOut,
+    ),
+    check(
+        RejectionCode::UnitAngle,
         "magnitudes, `tan(roll)` against `v r / g`, angles against rates",
         Effect::Reject,
     ),
     check(
-        "unit_rate",
+        RejectionCode::UnitRate,
         "magnitudes, `v r / g` against `tan(roll)`, rates against angles",
         Effect::Reject,
     ),
-    check("sign_roll_yaw", "`tan(roll)` against `v r / g`", Effect::Reject),
-    check("sign_yaw", "yaw against yaw rate", Effect::LeaveOut),
-    check("sign_roll_rate", "roll rate against roll", Effect::LeaveOut),
-    check("sign_steer", "steering against the path's curvature in slow bends", Effect::LeaveOut),
-    check("sign_lateral", "roll and yaw rate against the track over ground", Effect::Warn),
-    check("sign_acceleration_x", "`a_x` against `dv/dt`", Effect::LeaveOut),
-    check("sign_acceleration_y", "`a_y` against `v r`", Effect::LeaveOut),
-    check("unit_acceleration", "`a_x` against `dv/dt`, `a_y` against `v r`", Effect::LeaveOut),
+    check(RejectionCode::SignRollYaw, "`tan(roll)` against `v r / g`", Effect::Reject),
+    check(RejectionCode::SignYaw, "yaw against yaw rate", Effect::LeaveOut),
+    check(RejectionCode::SignRollRate, "roll rate against roll", Effect::LeaveOut),
     check(
-        "gravity_in_acceleration",
+        RejectionCode::SignSteer,
+        "steering against the path's curvature in slow bends",
+        Effect::LeaveOut,
+    ),
+    check(
+        RejectionCode::SignLateral,
+        "roll and yaw rate against the track over ground",
+        Effect::Warn,
+    ),
+    check(RejectionCode::SignAccelerationX, "`a_x` against `dv/dt`", Effect::LeaveOut),
+    check(RejectionCode::SignAccelerationY, "`a_y` against `v r`", Effect::LeaveOut),
+    check(
+        RejectionCode::UnitAcceleration,
         "`a_x` against `dv/dt`, `a_y` against `v r`",
         Effect::LeaveOut,
     ),
     check(
-        "scale_acceleration",
+        RejectionCode::GravityInAcceleration,
+        "`a_x` against `dv/dt`, `a_y` against `v r`",
+        Effect::LeaveOut,
+    ),
+    check(
+        RejectionCode::ScaleAcceleration,
         "`a_x` and `dv/dt` in another ratio than 1, or not together at all",
         Effect::LeaveOut,
     ),
     check(
-        "scale_lateral",
+        RejectionCode::ScaleLateral,
         "lean, yaw rate, yaw, track and `a_y`: the lateral acceleration by each against the others",
         Effect::LeaveOut,
     ),
-    check("scale_rate", "roll and pitch rate against the change of their angles", Effect::LeaveOut),
-    check("scale_steer", "steering against the path's curvature in slow bends", Effect::LeaveOut),
-    check("unit_pressure", "deceleration per pressure of the brakes", Effect::LeaveOut),
-    check("sign_pressure", "a brake pressure that falls when it brakes", Effect::LeaveOut),
-    check("sign_throttle", "a throttle that is open under braking", Effect::LeaveOut),
-    check("wheels_swapped", "which wheel turns faster the more the engine drives", Effect::Reject),
     check(
-        "brakes_swapped",
+        RejectionCode::ScaleRate,
+        "roll and pitch rate against the change of their angles",
+        Effect::LeaveOut,
+    ),
+    check(
+        RejectionCode::ScaleSteer,
+        "steering against the path's curvature in slow bends",
+        Effect::LeaveOut,
+    ),
+    check(RejectionCode::UnitPressure, "deceleration per pressure of the brakes", Effect::LeaveOut),
+    check(
+        RejectionCode::SignPressure,
+        "a brake pressure that falls when it brakes",
+        Effect::LeaveOut,
+    ),
+    check(RejectionCode::SignThrottle, "a throttle that is open under braking", Effect::LeaveOut),
+    check(
+        RejectionCode::WheelsSwapped,
+        "which wheel turns faster the more the engine drives",
+        Effect::Reject,
+    ),
+    check(
+        RejectionCode::BrakesSwapped,
         "a deceleration that no rear brake gives; which wheel a brake slows",
         Effect::Reject,
     ),
     check(
-        "brakes_unclear",
+        RejectionCode::BrakesUnclear,
         "decelerations that no rear brake gives, by either channel",
         Effect::Warn,
     ),
 ];
 
-const fn check(code: &'static str, seen_by: &'static str, effect: Effect) -> Check {
+const fn check(code: RejectionCode, seen_by: &'static str, effect: Effect) -> Check {
     Check { code, seen_by, effect }
 }
 
 /// The switches that a pipeline sets; the other checks do as [`CHECKS`] says.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "BTreeMap<String, Effect>", into = "BTreeMap<String, Effect>")]
-pub struct Switches(BTreeMap<&'static str, Effect>);
+pub struct Switches(BTreeMap<RejectionCode, Effect>);
 
 impl Switches {
     /// Whether none is set.
@@ -124,14 +162,14 @@ impl Switches {
     }
 
     /// What the pipeline says of a code, if it says something.
-    pub fn given(&self, code: &str) -> Option<Effect> {
-        self.0.get(code).copied()
+    pub fn given(&self, code: RejectionCode) -> Option<Effect> {
+        self.0.get(&code).copied()
     }
 
     /// What a finding of this code does.
-    pub fn effect(&self, code: &str) -> Effect {
+    pub fn effect(&self, code: RejectionCode) -> Effect {
         let usual = || CHECKS.iter().find(|c| c.code == code).map(|c| c.effect);
-        self.0.get(code).copied().or_else(usual).unwrap_or(Effect::Warn)
+        self.given(code).or_else(usual).unwrap_or(Effect::Warn)
     }
 }
 
@@ -141,8 +179,8 @@ impl TryFrom<BTreeMap<String, Effect>> for Switches {
     fn try_from(given: BTreeMap<String, Effect>) -> Result<Self, String> {
         let mut switches = BTreeMap::new();
         for (code, effect) in given {
-            let Some(check) = CHECKS.iter().find(|c| c.code == code) else {
-                let codes: Vec<&str> = CHECKS.iter().map(|c| c.code).collect();
+            let Some(check) = CHECKS.iter().find(|c| c.code.as_str() == code) else {
+                let codes: Vec<&str> = CHECKS.iter().map(|c| c.code.as_str()).collect();
                 let meant = crate::contract::schema::meant(&code, codes.iter().copied());
                 return Err(format!(
                     "[ingest.check]: there is no check `{code}`{meant}; the checks are {}",
@@ -163,6 +201,6 @@ impl TryFrom<BTreeMap<String, Effect>> for Switches {
 
 impl From<Switches> for BTreeMap<String, Effect> {
     fn from(switches: Switches) -> Self {
-        switches.0.into_iter().map(|(code, effect)| (code.to_owned(), effect)).collect()
+        switches.0.into_iter().map(|(code, effect)| (code.as_str().to_owned(), effect)).collect()
     }
 }

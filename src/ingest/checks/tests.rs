@@ -133,8 +133,8 @@ fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
             Ok(w.iter().map(|w| w.code).collect())
         }
         Err(e) => {
-            println!("{}: {}", e.code, e.message);
-            Err(e.code)
+            println!("{}: {}", e.code.as_str(), e.message);
+            Err(e.code.as_str())
         }
     }
 }
@@ -331,7 +331,7 @@ fn every_check_can_be_switched() {
     assert!(!warned[0].message.contains("left out") && left_out.has(Channel::SteerAngle));
     let refuse: Config = toml::from_str("check.sign_steer = \"reject\"").expect("a switch");
     let refusal = check(&mut left_out, Some(&bike()), &refuse).expect_err("refused");
-    assert_eq!(refusal.code, "sign_steer");
+    assert_eq!(refusal.code.as_str(), "sign_steer");
 
     for Check { code, .. } in CHECKS {
         for effect in ["reject", "warn", "off"] {

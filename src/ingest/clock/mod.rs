@@ -19,6 +19,7 @@ use single::Repaired;
 pub(crate) use single::{Clock, spread};
 
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
 use crate::ingest::raw::Track;
@@ -94,14 +95,14 @@ pub(crate) fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<
     }
     let (start, end) = out.span();
     if out.tracks.is_empty() {
-        let code = if rows < 2 { "too_short" } else { "no_time" };
+        let code = if rows < 2 { RejectionCode::TooShort } else { RejectionCode::NoTime };
         let message = format!("no channel has two usable time stamps ({rows} rows)");
         return Err(Error::new(code, message));
     }
     if end - start < 1.0 {
         let message =
             format!("only {:.3} s of usable time in {rows} rows; 1 s is the least", end - start);
-        return Err(Error::new("too_short", message));
+        return Err(Error::new(RejectionCode::TooShort, message));
     }
     Ok(out)
 }

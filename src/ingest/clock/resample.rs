@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::ingest::clock::gaps;
@@ -38,7 +39,7 @@ pub(crate) fn onto_one_clock(
     warnings: &mut Vec<Warning>,
 ) -> Result<Session, Error> {
     if log.tracks.is_empty() {
-        return Err(Error::new("too_short", "no channel has any sample"));
+        return Err(Error::new(RejectionCode::TooShort, "no channel has any sample"));
     }
     let rate = if config.rate > 0.0 { config.rate } else { own_rate(&log) }.min(MAX_RATE);
     let (start, end) = log.span();
@@ -49,7 +50,7 @@ pub(crate) fn onto_one_clock(
              right?",
             end - start
         );
-        return Err(Error::new("file_too_large", message));
+        return Err(Error::new(RejectionCode::FileTooLarge, message));
     }
     // a last stamp just short of a grid point still is that point
     let len = ((end - start) * rate + ON_CLOCK).floor() as usize + 1;

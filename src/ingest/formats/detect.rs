@@ -2,6 +2,7 @@
 
 use std::io::Read as _;
 
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::FORMATS;
 use crate::ingest::formats::format::{HEAD_LEN, Head, LogFormat};
@@ -21,11 +22,11 @@ pub fn format_of(log: impl Into<Location>) -> Result<&'static LogFormat, Error> 
     let mut file = source::open(log).map_err(fail)?;
     let size = file.size().map_err(fail)?;
     if size == 0 {
-        return Err(Error::new("empty_file", format!("{log} is empty")));
+        return Err(Error::new(RejectionCode::EmptyFile, format!("{log} is empty")));
     }
     if size > MAX_FILE {
         let message = format!("{log} is {} MB long; split the log", size >> 20);
-        return Err(Error::new("file_too_large", message));
+        return Err(Error::new(RejectionCode::FileTooLarge, message));
     }
     let mut bytes = Vec::new();
     let named = Head { log, bytes: &bytes };
@@ -38,11 +39,11 @@ pub fn format_of(log: impl Into<Location>) -> Result<&'static LogFormat, Error> 
     // almost any text could be a table
     let sure = found.is_some_and(|f| f.name != "csv");
     if let Some(advice) = unread::advice(&head).filter(|_| !sure) {
-        return Err(Error::new("unknown_format", format!("{log} is {advice}")));
+        return Err(Error::new(RejectionCode::UnknownFormat, format!("{log} is {advice}")));
     }
     found.ok_or_else(|| {
         let names: Vec<&str> = FORMATS.iter().map(|f| f.name).collect();
         let message = format!("{log} is none of {}", names.join(", "));
-        Error::new("unknown_format", message)
+        Error::new(RejectionCode::UnknownFormat, message)
     })
 }

@@ -16,9 +16,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
-use crate::ingest::error::{DAMAGED, Error};
+use crate::ingest::error::Error;
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::ident;
 use crate::ingest::maps::bind::{fit, is_for};
@@ -158,12 +159,15 @@ fn choose<F: Format>(log: &Location, maps: Maps<'_>) -> Result<(ChannelMap, List
             F::NAME,
             if facts.is_empty() { String::new() } else { format!("; {}", facts.join("; ")) }
         );
-        return Err(Error::new("no_channel_map", message.chars().take(600).collect::<String>()));
+        return Err(Error::new(
+            RejectionCode::NoChannelMap,
+            message.chars().take(600).collect::<String>(),
+        ));
     }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     let tried = if tried.is_empty() { "none" } else { &tried.join(", ") };
     Err(Error::new(
-        "no_channel_map",
+        RejectionCode::NoChannelMap,
         format!(
             "no channel map of format {} fits {} (tried {tried}); its channels are {}; \
              `roadbench inspect` proposes a map for it",
@@ -212,7 +216,8 @@ pub(crate) fn guarded<T>(
     log: &Location,
     work: impl FnOnce() -> Result<T, String>,
 ) -> Result<T, Error> {
-    let damaged = |what: &str| Error::new(DAMAGED, format!("{log} is damaged: {what}"));
+    let damaged =
+        |what: &str| Error::new(RejectionCode::Damaged, format!("{log} is damaged: {what}"));
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(done) => done.map_err(|message| damaged(&message)),
         Err(_) => Err(damaged("its parts make no sense")),

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::stamps;
@@ -160,7 +161,7 @@ impl Track {
                 "{log} has no track point (`trkpt`, `Trackpoint`){why}; export the recorded track"
             )
         };
-        Err(Error::new("no_samples", message))
+        Err(Error::new(RejectionCode::NoSamples, message))
     }
 
     fn parse(&mut self, bytes: &[u8]) -> Result<(), String> {

@@ -14,6 +14,7 @@
 
 use std::sync::Arc;
 
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::{Head, LogFormat};
 use crate::ingest::ident;
@@ -61,7 +62,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<&'a ChannelMap, Error> {
             "{} is a KIRO log, and none of the channel maps given has format = \"kiro\"",
             log
         );
-        Error::new("no_channel_map", message)
+        Error::new(RejectionCode::NoChannelMap, message)
     })
 }
 

@@ -1,5 +1,6 @@
 //! The contents of a log: its channels and its own metadata.
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
@@ -95,7 +96,7 @@ impl Listing {
         }
         let mut called = self.channels.iter().filter(|c| c.is_called(name));
         let Some(first) = called.next() else {
-            return Err(Error::new("missing_column", self.unknown(name)));
+            return Err(Error::new(RejectionCode::MissingColumn, self.unknown(name)));
         };
         let others: Vec<String> = called.map(SourceChannel::full).collect();
         if others.is_empty() {
@@ -106,7 +107,7 @@ impl Listing {
             first.full(),
             others.join(", ")
         );
-        Err(Error::new("ambiguous_column", message))
+        Err(Error::new(RejectionCode::AmbiguousColumn, message))
     }
 
     fn unknown(&self, name: &str) -> String {

@@ -19,9 +19,10 @@ use arrow::compute::cast;
 use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, Schema, TimeUnit};
 
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
 use crate::contract::session::Meta;
-use crate::ingest::error::{DAMAGED, Error};
+use crate::ingest::error::Error;
 use crate::ingest::formats::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::maps::units;
@@ -200,7 +201,7 @@ fn no_time(log: &Location, name: &str, columns: &[&str]) -> Error {
         .map(|near| format!("; is it `{near}`?"))
         .unwrap_or_default();
     Error::new(
-        "missing_column",
+        RejectionCode::MissingColumn,
         format!("{log}: column `{name}` (s since the start) is missing{near}"),
     )
 }
@@ -217,8 +218,9 @@ fn field_conversion(log: &Location, field: &Field, unit: &str) -> Result<Convers
     let Some(own) = stamp.or(field.metadata().get("unit").map(String::as_str)) else {
         return Ok(Conversion::IDENTITY);
     };
-    units::conversion(own, unit)
-        .map_err(|e| Error::new("unknown_unit", format!("{log}: column `{}`: {e}", field.name())))
+    units::conversion(own, unit).map_err(|e| {
+        Error::new(RejectionCode::UnknownUnit, format!("{log}: column `{}`: {e}", field.name()))
+    })
 }
 
 /// The footer, after its claims have been held against the file's size.
@@ -231,7 +233,7 @@ fn open(log: &Location) -> Result<(Source, ArrowReaderMetadata), Error> {
     let mut tail = [0; 8];
     if size < 12 || file.read_exact(&mut head).is_err() || head != MAGIC {
         let what = if size < 12 { "is too short to be" } else { "does not begin as" };
-        return Err(Error::new("not_parquet", format!("{log} {what} Parquet")));
+        return Err(Error::new(RejectionCode::NotParquet, format!("{log} {what} Parquet")));
     }
     file.seek(SeekFrom::End(-8)).and_then(|_| file.read_exact(&mut tail)).map_err(fail)?;
     if &tail[4..] != MAGIC {
@@ -240,7 +242,7 @@ fn open(log: &Location) -> Result<(Source, ArrowReaderMetadata), Error> {
              again",
             log
         );
-        return Err(Error::new("truncated", message));
+        return Err(Error::new(RejectionCode::Truncated, message));
     }
     let footer = u64::from(u32::from_le_bytes([tail[0], tail[1], tail[2], tail[3]]));
     if footer > size - 12 {
@@ -269,7 +271,7 @@ fn check_claims(log: &Location, metadata: &ParquetMetaData, size: u64) -> Result
             "{} claims {rows} rows, more than {MAX_ROWS} for one session; split the log",
             log
         );
-        return Err(Error::new("file_too_large", message));
+        return Err(Error::new(RejectionCode::FileTooLarge, message));
     }
     for group in metadata.row_groups() {
         for chunk in group.columns() {
@@ -306,17 +308,19 @@ impl ByteRange for ::parquet::file::metadata::ColumnChunkMetaData {
 fn bad_claim(log: &Location, claim: &str, size: u64) -> Error {
     let message =
         format!("{} {claim} but the file has {size} bytes: it is damaged; copy it again", log);
-    Error::new("truncated", message)
+    Error::new(RejectionCode::Truncated, message)
 }
 
 /// Damaged files can make the decoder panic; that is an unreadable file, not our end.
 fn guarded<T>(log: &Location, work: impl FnOnce() -> Result<T, String>) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(done)) => Ok(done),
-        Ok(Err(message)) => Err(Error::new(DAMAGED, format!("{log} is damaged: {message}"))),
+        Ok(Err(message)) => {
+            Err(Error::new(RejectionCode::Damaged, format!("{log} is damaged: {message}")))
+        }
         Err(_) => {
             let message = format!("{log} is damaged: its pages make no sense");
-            Err(Error::new(DAMAGED, message))
+            Err(Error::new(RejectionCode::Damaged, message))
         }
     }
 }
@@ -357,7 +361,7 @@ pub(crate) fn check_kinds(log: &Location, schema: &Schema, wanted: &[usize]) -> 
         let kind = field.data_type();
         if !(kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..))) {
             let message = format!("{log}: column `{}` holds {kind}, not numbers", field.name());
-            return Err(Error::new("wrong_type", message));
+            return Err(Error::new(RejectionCode::WrongType, message));
         }
     }
     Ok(())
@@ -382,7 +386,7 @@ fn check_packing(
                  with pyarrow: `pq.write_table(pq.read_table(OLD), NEW, compression=\"zstd\")`",
                 chunk.column_path().string()
             );
-            return Err(Error::new("unknown_compression", message));
+            return Err(Error::new(RejectionCode::UnknownCompression, message));
         }
     }
     Ok(())

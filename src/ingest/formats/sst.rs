@@ -10,9 +10,10 @@
 use std::io::Read as _;
 use std::sync::Arc;
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
-use crate::ingest::error::{DAMAGED, Error};
+use crate::ingest::error::Error;
 use crate::ingest::formats::csv::start_time;
 use crate::ingest::formats::format::{Format, Head};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
@@ -90,19 +91,19 @@ impl File {
         source::open(log).map_err(fail)?.read_to_end(&mut samples).map_err(fail)?;
         let Some((header, rest)) = samples.split_at_checked(HEADER) else {
             let message = format!("{log} is cut off within its first {HEADER} bytes");
-            return Err(Error::new("no_samples", message));
+            return Err(Error::new(RejectionCode::NoSamples, message));
         };
         if header[3] != VERSION {
             let message = format!(
                 "{log} is a suspension log of version {}, only {VERSION} is read; export CSV from the program that shows it",
                 header[3]
             );
-            return Err(Error::new("unknown_version", message));
+            return Err(Error::new(RejectionCode::UnknownVersion, message));
         }
         let rate = u16::from_le_bytes([header[4], header[5]]);
         if rate == 0 {
             let message = format!("{log} says that its rate is 0 Hz: its header is damaged");
-            return Err(Error::new(DAMAGED, message));
+            return Err(Error::new(RejectionCode::Damaged, message));
         }
         let start = header[8..].iter().rev().fold(0_u64, |sum, b| sum << 8 | u64::from(*b));
         Ok(File { rate: f64::from(rate), start: start as i64 as f64, samples: rest.to_vec() })

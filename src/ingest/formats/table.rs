@@ -3,6 +3,7 @@
 use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::ingest::formats::parquet::{append, check_kinds, meta_from, read_contract};
@@ -30,8 +31,9 @@ pub fn read_table(
         let mut columns = vec![Vec::new(); wanted.len()];
         for batch in batches {
             for (column, &i) in columns.iter_mut().zip(wanted) {
-                append(column, batch.column(i).clone())
-                    .map_err(|message| Error::new("wrong_type", format!("{name}: {message}")))?;
+                append(column, batch.column(i).clone()).map_err(|message| {
+                    Error::new(RejectionCode::WrongType, format!("{name}: {message}"))
+                })?;
             }
         }
         Ok(columns)
@@ -85,7 +87,7 @@ mod tests {
         let words: ArrayRef = Arc::new(StringArray::from(vec!["noon"]));
         let batch = RecordBatch::try_new(Arc::new(text.clone()), vec![words]).expect("fits");
         let code = |schema: &Schema, batches: &[RecordBatch], known: Meta| {
-            read_table("t", schema, batches, known).expect_err("refused").code
+            read_table("t", schema, batches, known).expect_err("refused").code.as_str()
         };
         assert_eq!(code(&text, &[batch], Meta::default()), "wrong_type");
         let other = schema(vec![Field::new("tiem", DataType::Float64, false)]);

@@ -17,6 +17,7 @@
 
 use std::sync::Arc;
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
@@ -195,7 +196,7 @@ impl<'a> File<'a> {
             let message = format!(
                 "{log} has no section [column names] with `time`: it is cut off, or no VBOX text"
             );
-            return Err(Error::new("no_channels", message));
+            return Err(Error::new(RejectionCode::NoChannels, message));
         }
         Ok(file)
     }
@@ -266,7 +267,7 @@ impl<'a> File<'a> {
         }
         if table.time.is_empty() {
             let message = format!("{log} has no row with a time of day in its section [data]");
-            return Err(Error::new("no_samples", message));
+            return Err(Error::new(RejectionCode::NoSamples, message));
         }
         if let Some(k) = self.at("sats") {
             let count = |x: f64| if x >= 0.0 { f64::from(x as u32 & SATELLITES) } else { f64::NAN };

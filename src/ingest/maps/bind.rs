@@ -1,5 +1,6 @@
 //! A channel map fitted to a log: names and units of the map against those of the log's channels.
 
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::listing::{Listing, SourceChannel};
 use crate::ingest::maps::units;
@@ -28,14 +29,14 @@ pub(crate) fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Err
         };
         let found = match first_of(entry, listing) {
             Ok(found) => found,
-            Err(e) if map.optional && e.code == "missing_column" => continue,
+            Err(e) if map.optional && e.code == RejectionCode::MissingColumn => continue,
             Err(e) => return Err(fail(e)),
         };
         fitted.entries.push(entry_for(entry, &found).map_err(fail)?);
     }
     if fitted.entries.is_empty() {
         let message = format!("channel map {} takes nothing from this log", map.name);
-        return Err(Error::new("no_channel_map", message));
+        return Err(Error::new(RejectionCode::NoChannelMap, message));
     }
     Ok(fitted)
 }
@@ -46,7 +47,7 @@ fn first_of<'a>(entry: &Entry, listing: &'a Listing) -> Result<Vec<&'a SourceCha
         names.iter().map(|name| listing.find(name)).collect()
     };
     let missing = |found: &Result<_, Error>| {
-        found.as_ref().is_err_and(|e: &Error| e.code == "missing_column")
+        found.as_ref().is_err_and(|e: &Error| e.code == RejectionCode::MissingColumn)
     };
     let from = all(&entry.from);
     if !missing(&from) {
@@ -69,11 +70,11 @@ fn entry_for(entry: &Entry, found: &[&SourceChannel]) -> Result<Entry, Error> {
                 agreed.unit,
                 channel.full()
             );
-            return Err(Error::new("unit_mismatch", message));
+            return Err(Error::new(RejectionCode::UnitMismatch, message));
         }
         agreed.unit = unit;
     }
-    agreed.convert().map_err(|e| Error::new("unknown_unit", e))?;
+    agreed.convert().map_err(|e| Error::new(RejectionCode::UnknownUnit, e))?;
     Ok(agreed)
 }
 
@@ -94,13 +95,13 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                  the log is wrong add `file_unit = \"{own}\"`",
                 entry.unit
             );
-            Err(Error::new("unit_mismatch", message))
+            Err(Error::new(RejectionCode::UnitMismatch, message))
         }
         (false, Some(own)) => match entry.converted(own) {
             Ok(_) => Ok(own.to_owned()),
             Err(e) => {
                 let message = format!("`{name}`: the log gives the {e}; say it with `unit`");
-                Err(Error::new("unknown_unit", message))
+                Err(Error::new(RejectionCode::UnknownUnit, message))
             }
         },
         (false, None) if entry.unit == "1" => Ok(entry.unit.clone()),
@@ -109,7 +110,7 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                 "the log gives no unit for `{name}`; say it in the map, e.g. `unit = \"{}\"`",
                 entry.unit
             );
-            Err(Error::new("unknown_unit", message))
+            Err(Error::new(RejectionCode::UnknownUnit, message))
         }
     }
 }
@@ -140,7 +141,7 @@ mod tests {
         assert_eq!(log.find("ECU.v").expect("named").group, "ECU");
         assert_eq!(log.find("GPS/v").expect("named").group, "GPS");
         let error = log.find("v").expect_err("twice");
-        assert_eq!(error.code, "ambiguous_column");
+        assert_eq!(error.code.as_str(), "ambiguous_column");
         assert!(error.message.contains("GPS/v, ECU/v"), "{error}");
         let error = log.find("Rol").expect_err("misspelt");
         assert!(error.message.contains("did you mean `roll`"), "{error}");
@@ -163,7 +164,7 @@ mod tests {
         ];
         for (text, code, words) in cases {
             let error = fit(&map(text), &log).expect_err(text);
-            assert_eq!(error.code, code, "{error}");
+            assert_eq!(error.code.as_str(), code, "{error}");
             assert!(
                 error.message.contains(words) && error.message.contains("[channel."),
                 "{error}"
@@ -189,6 +190,6 @@ mod tests {
         assert_eq!(fitted.entries.len(), 1);
         assert_eq!(fitted.entries[0].channel, Channel::VelocityX);
         let none = fit(&map("optional = true\n[channel.roll]\nfrom = 'x'\n"), &log);
-        assert_eq!(none.expect_err("nothing").code, "no_channel_map");
+        assert_eq!(none.expect_err("nothing").code.as_str(), "no_channel_map");
     }
 }

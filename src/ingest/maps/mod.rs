@@ -16,6 +16,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
@@ -218,7 +219,7 @@ impl ChannelMap {
             for source in others.iter().map(|other| &columns[*other]) {
                 if !Arc::ptr_eq(&source.time, &time) {
                     return Err(Error::new(
-                        "mixed_clocks",
+                        RejectionCode::MixedClocks,
                         format!(
                             "channel map {}: {} is the mean of columns with different clocks",
                             self.name, entry.channel
@@ -250,7 +251,7 @@ impl ChannelMap {
              map's `from` or take the entry out",
             self.name
         );
-        Error::new("missing_column", message)
+        Error::new(RejectionCode::MissingColumn, message)
     }
 }
 

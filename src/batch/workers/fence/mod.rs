@@ -10,12 +10,11 @@
 //! crashes, or goes beyond its limits, costs the batch one log: a row of `rejected` with the code `crashed`,
 //! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
 //! is not tried again (`quarantine`). One that is killed from outside, or cannot be started, says nothing of its log: see
-//! [`blame`].
+//! [`blame`](super::blame).
 
-use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -25,7 +24,6 @@ pub(crate) use self::limits::{Asked, Limits};
 use self::pool::Pool;
 use self::quarantine::Quarantine;
 use self::wire::{Answer, Place, Question, Setup};
-use super::blame;
 use super::threads;
 use crate::batch::error::Error;
 use crate::batch::jobs::bikes::BikeFile;
@@ -34,6 +32,7 @@ use crate::batch::jobs::work::{Output, SessionFile, Work};
 use crate::batch::log_hash::hash_file;
 use crate::batch::settings::Settings;
 use crate::batch::store::kind::Kind;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::Identified;
 use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{Input, Pipeline, Rejection};
@@ -53,7 +52,7 @@ mod wire;
 pub const WORKER: &str = "__worker";
 
 /// Stage of a rejection of a log that does not get as far as telling whose it is.
-const IDENTIFY: &str = "ingest";
+const IDENTIFY: Stage = Stage::Ingest;
 
 /// What starts a worker: the program and its arguments.
 static PROGRAM: OnceLock<Vec<OsString>> = OnceLock::new();
@@ -152,21 +151,21 @@ impl Workers {
         &self,
         question: &Question,
         limits: &Limits,
-        stage: &'static str,
+        stage: Stage,
     ) -> Result<(Answer, Vec<u8>), Rejection> {
         self.pool.ask(question, limits).map_err(|ended| refused(ended, limits, stage))
     }
 }
 
 /// The rejection of a log that a worker did not survive.
-fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
+fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
     let is_own =
         |code, message| Rejection { stage, code, message, limits: Some(limits.to_string()) };
     // the machine's: whatever the limits are, the next batch tries again
     let is_not = |code, message| Rejection { stage, code, message, limits: None };
     match ended {
         Ended::Memory => is_own(
-            blame::TOO_LARGE,
+            RejectionCode::TooLarge,
             format!(
                 "it takes more than {} of memory to read, and its worker was ended: a damaged log, or a large one; for the \
                  latter give more (--memory-limit GB)",
@@ -174,7 +173,7 @@ fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
             ),
         ),
         Ended::Time => is_own(
-            blame::TOO_SLOW,
+            RejectionCode::TooSlow,
             format!(
                 "it was not done after {} of processor time, and its worker was ended: a damaged log, or a long one; for \
                  the latter give more (--time-limit SECONDS)",
@@ -182,20 +181,20 @@ fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
             ),
         ),
         Ended::Crash(how) => is_own(
-            blame::CRASHED,
+            RejectionCode::Crashed,
             format!(
                 "its worker crashed ({how}); this is a mistake in roadbench, please report it with the log"
             ),
         ),
         Ended::Killed(how) => is_not(
-            blame::KILLED,
+            RejectionCode::Killed,
             format!(
                 "its worker was killed twice from outside ({how}), as when the machine runs out of memory; the next run tries \
                  again: give the machine more memory, or take fewer --jobs"
             ),
         ),
         Ended::NoMemory => is_not(
-            blame::NO_MEMORY,
+            RejectionCode::NoMemory,
             format!(
                 "its worker ran out of memory before it had the {} that it may take: the shell allows less (`ulimit -v`, \
                  `ulimit -d`); the next run tries again: raise that, or give a lower --memory-limit",
@@ -203,7 +202,7 @@ fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
             ),
         ),
         Ended::NotStarted(why) => is_not(
-            blame::NO_WORKER,
+            RejectionCode::NoWorker,
             format!(
                 "no worker process can be started: {}; the next run tries again: free processes, memory or open files, or \
                  take fewer --jobs",
@@ -300,28 +299,13 @@ where
 }
 
 /// Why the log cannot be used, by an answer that has nothing else to say.
-fn rejection(answer: Answer, stage: &'static str, limits: &Limits) -> Rejection {
+fn rejection(answer: Answer, stage: Stage, limits: &Limits) -> Rejection {
     match answer {
         Answer::Rejected { stage: own, code, message } => {
-            Rejection { stage: name(own), code: name(code), message, limits: None }
+            Rejection { stage: own, code, message, limits: None }
         }
         other => refused(Ended::Crash(format!("it answered {}", other.kind())), limits, stage),
     }
-}
-
-/// A stage or code, for good: there are a few dozen. A worker that makes up more is not listened to.
-fn name(text: String) -> &'static str {
-    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(there) = known.get(text.as_str()) {
-        return there;
-    }
-    if known.len() >= 1000 || text.len() > 100 {
-        return "internal_error";
-    }
-    let leaked: &'static str = Box::leak(text.into_boxed_str());
-    known.insert(leaked);
-    leaked
 }
 
 /// The files in the body of an answer, and what is behind them.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::limits::Limits;
 use crate::batch::workers::blame::ENDS_A_WORKER;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::pipeline::Rejection;
 use crate::store::objects::Location;
 use crate::store::tables::read;
@@ -27,7 +28,7 @@ impl Quarantine {
         };
         let rows: Vec<Vec<Rejected>> = files.par_iter().filter_map(rows).collect();
         let is_one = |row: &Rejected| {
-            ENDS_A_WORKER.contains(&row.code.as_str())
+            ends_a_worker(&row.code).is_some()
                 && row.version == crate::VERSION
                 && row.limits.is_some()
         };
@@ -43,8 +44,12 @@ impl Quarantine {
     /// Why a log of that hash is not tried again under the same limits.
     pub(super) fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
         let row = self.0.get(hash).filter(|r| r.limits.as_deref() == Some(&limits.to_string()))?;
-        let code = ENDS_A_WORKER.into_iter().find(|code| *code == row.code)?;
-        let stage = ["ingest", "pipeline", "diagnose"].into_iter().find(|s| *s == row.stage)?;
+        let (code, stage) = (ends_a_worker(&row.code)?, Stage::parse(&row.stage)?);
         Some(Rejection { stage, code, message: row.message.clone(), limits: row.limits.clone() })
     }
+}
+
+/// The code, where it is one of a log that ended a worker.
+fn ends_a_worker(code: &str) -> Option<RejectionCode> {
+    ENDS_A_WORKER.into_iter().find(|own| own.as_str() == code)
 }

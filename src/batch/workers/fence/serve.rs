@@ -15,6 +15,7 @@ use crate::batch::jobs::work::{Work, guarded};
 use crate::batch::settings::Maps;
 use crate::batch::workers::threads::STACK;
 use crate::contract::bike::Bike;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::store::objects::counts;
 
@@ -100,7 +101,7 @@ fn answer<W: Work<Result: Serialize>>(
     let done = match question {
         Question::Identify { log } => {
             let log = log.location();
-            guarded("ingest", || work.identify(&log, maps.list()))
+            guarded(Stage::Ingest, || work.identify(&log, maps.list()))
                 .map(|who| (Answer::Identified(who), Vec::new()))
         }
         Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals, result } => {
@@ -111,7 +112,6 @@ fn answer<W: Work<Result: Serialize>>(
     };
     done.unwrap_or_else(|why| {
         let Rejection { stage, code, message, .. } = why;
-        let (stage, code) = (stage.to_owned(), code.to_owned());
         (Answer::Rejected { stage, code, message }, Vec::new())
     })
 }
@@ -125,7 +125,7 @@ fn session<W: Work<Result: Serialize>>(
 ) -> Result<(Answer, Vec<Vec<u8>>), Rejection> {
     let own = |message: String| Rejection {
         stage: work.kind().stage,
-        code: "internal_error",
+        code: RejectionCode::InternalError,
         message,
         limits: None,
     };

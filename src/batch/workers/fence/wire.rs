@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::batch::jobs::what::What;
+use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::Identified;
 use crate::store::objects::Location;
 use crate::store::objects::counts::Counts;
@@ -73,7 +74,7 @@ pub(super) enum Answer {
     /// gives: so many bytes of JSON.
     Done { ident: Ident, samples: i64, files: Vec<File>, result: u64 },
     /// It cannot be used.
-    Rejected { stage: String, code: String, message: String },
+    Rejected { stage: Stage, code: RejectionCode, message: String },
 }
 
 /// A file of a session.

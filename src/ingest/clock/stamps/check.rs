@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::unit::{CALENDARS, IMPOSSIBLE, digits_scale, in_years, of_digits, usual_step};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::motion::track;
 use crate::ingest::raw::Track;
@@ -87,7 +88,7 @@ pub(crate) fn by_motion(tracks: &[Track]) -> Result<(), Error> {
                 "the clock contradicts the motion: by velocity_x and the positions the log's time runs {factor:.4} times \
                  what the stamps say; correct the unit or the rate of the clock ([time] of the channel map)"
             );
-            Err(Error::new("implausible_clock", message))
+            Err(Error::new(RejectionCode::ImplausibleClock, message))
         }
         _ => Ok(()),
     }

@@ -8,6 +8,7 @@ use can_dbc::{
 };
 
 use super::bits;
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 
@@ -169,7 +170,10 @@ impl Database {
         for (i, text) in aids.dbc.iter().enumerate() {
             let name = aids.names.get(i).map_or("the channel map's DBC", String::as_str);
             let dbc = Dbc::try_from(text.as_str()).map_err(|e| {
-                Error::new("bad_dbc", format!("{name} cannot be read as a CAN database: {e}"))
+                Error::new(
+                    RejectionCode::BadDbc,
+                    format!("{name} cannot be read as a CAN database: {e}"),
+                )
             })?;
             database.add(&dbc);
         }
@@ -361,6 +365,6 @@ mod tests {
 
     #[test]
     fn what_is_no_database_is_named() {
-        assert_eq!(database("name,unit\n1,2\n").expect_err("no DBC").code, "bad_dbc");
+        assert_eq!(database("name,unit\n1,2\n").expect_err("no DBC").code.as_str(), "bad_dbc");
     }
 }

@@ -4,6 +4,7 @@ use std::io::{BufReader, Read};
 
 use super::frame::{Frame, Scan};
 use super::{blf, text, trc};
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::store::objects::{Location, source};
 
@@ -50,8 +51,9 @@ pub(super) fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
     let mut reader = BufReader::with_capacity(1 << 18, source::open(log).map_err(fail)?);
     let mut head = Vec::new();
     reader.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
-    let kind = kind(&head)
-        .ok_or_else(|| Error::new("unknown_format", format!("{log} is no CAN log any more")))?;
+    let kind = kind(&head).ok_or_else(|| {
+        Error::new(RejectionCode::UnknownFormat, format!("{log} is no CAN log any more"))
+    })?;
     let mut whole = head.chain(reader);
     match kind {
         FrameFile::Blf => blf::each(&mut whole, take),

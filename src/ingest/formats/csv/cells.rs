@@ -6,6 +6,7 @@ use ::csv::{ByteRecord, Reader};
 
 use super::layout::{number, with_unit};
 use super::text::decoded;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::clock::stamps::text::{Clock, Kind, seconds};
 use crate::ingest::error::Error;
@@ -278,7 +279,7 @@ impl Uneven {
         if count as f64 > BAD_ROWS * all as f64 {
             let hint = "; a separator is missing or too many (a decimal comma without quotes?), or cells at the end \
                         are left out: write the file so that every row has a cell for each name";
-            return Err(Error::new("cell_count", message + hint));
+            return Err(Error::new(RejectionCode::CellCount, message + hint));
         }
         let message = message + "; they are left out, for nobody knows which cells they are";
         Ok(Some(warning("bad_line", None, count, None, message)))
@@ -309,7 +310,7 @@ fn judged(
          {line}"
     );
     if bad as f64 > most * rows as f64 {
-        return Err(Error::new("bad_cell", message + &hint(&text)));
+        return Err(Error::new(RejectionCode::BadCell, message + &hint(&text)));
     }
     Ok(warning("bad_cell", None, bad, None, message + "; taken as missing"))
 }

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::clock::stamps::check::in_seconds;
 use crate::ingest::clock::stamps::text::Kind;
 use crate::ingest::clock::stamps::unit::calendar_of;
@@ -145,13 +146,16 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
             if kind == Kind::Numbers {
                 in_seconds(&mut stamps, *factor).map_err(|e| {
                     let of = format!("channel map {}, [time], column `{name}`: {e}", map.name);
-                    Error::new("implausible_clock", of)
+                    Error::new(RejectionCode::ImplausibleClock, of)
                 })?;
             }
             stamps
         }
         TimeSource::Own => {
-            return Err(Error::new("no_time", format!("channel map {}: no `[time]`", map.name)));
+            return Err(Error::new(
+                RejectionCode::NoTime,
+                format!("channel map {}: no `[time]`", map.name),
+            ));
         }
     };
     let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
@@ -202,7 +206,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
     }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     Err(Error::new(
-        "no_channel_map",
+        RejectionCode::NoChannelMap,
         format!(
             "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
              map for it, `roadbench schema channel_map` lists every key",
@@ -322,7 +326,7 @@ mod tests {
     fn unreadable_cells_name_column_and_line() {
         let (_folder, path) = log("l\nt;v\n;\n0;1\n10;oops\n20;3\n");
         let error = read(&path, or_shipped(&maps())).expect_err("a third is bad");
-        assert_eq!(error.code, "bad_cell");
+        assert_eq!(error.code.as_str(), "bad_cell");
         assert!(error.message.contains("`v`") && error.message.contains("line 5"), "{error}");
         let mut text = "l\nt;v\n;\n".to_owned();
         (0..500).for_each(|i| text += &format!("{i};{}\n", if i == 7 { "oops" } else { "1" }));
@@ -336,10 +340,10 @@ mod tests {
     fn an_unknown_header_says_what_was_tried() {
         let (_folder, path) = log("a,b\n1,2\n");
         let error = read(&path, or_shipped(&[])).expect_err("no map");
-        assert_eq!(error.code, "no_channel_map");
+        assert_eq!(error.code.as_str(), "no_channel_map");
         assert!(error.message.contains("session_csv") && error.message.contains("a, b"), "{error}");
         let error = read(&path, or_shipped(&maps())).expect_err("forced map");
-        assert_eq!(error.code, "missing_column");
+        assert_eq!(error.code.as_str(), "missing_column");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use ::csv::Reader;
 
 use super::layout::{self, Squeezed, cells};
 use super::text::{Text, decoded};
+use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::HEAD_LEN;
 use crate::store::objects::{Location, source};
@@ -71,19 +72,19 @@ pub(crate) fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table
         lines.push(line.to_owned());
         if lines.len() > MOST_LINES {
             let message = format!("{log}: no row of numbers in {MOST_LINES} lines");
-            return Err(Error::new("no_table", message));
+            return Err(Error::new(RejectionCode::NoTable, message));
         }
     }
     if first.is_empty() && begin.is_empty() {
         let message = format!("{log} has no row of numbers");
-        return Err(Error::new("no_table", message));
+        return Err(Error::new(RejectionCode::NoTable, message));
     }
     let first_line = lines.len() as u64 + 1;
     let numbers = decoded(&first);
     let numbers = numbers.trim_end_matches(['\r', '\n']).to_owned();
     let Some(at) = names_row(&lines, begin, notes, &numbers) else {
         let message = format!("{log}: no row of names above the numbers");
-        return Err(Error::new("no_table", message));
+        return Err(Error::new(RejectionCode::NoTable, message));
     };
     let delimiter = layout::delimiter(&lines[at], &numbers);
     let more = decoded(text.fill_buf().map_err(fail)?);

@@ -3,6 +3,7 @@
 //! Read by the published specification and its examples; no file of a real logger could be had to
 //! try it on.
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
@@ -82,7 +83,7 @@ fn columns(log: &Location, contents: &Contents<'_>) -> Result<Vec<(Column, &'sta
     if columns.is_empty() {
         let why = contents.broken.as_deref().map(|b| format!(": {b}")).unwrap_or_default();
         let message = format!("{log} has no records of known channels{why}");
-        return Err(Error::new("no_channels", message));
+        return Err(Error::new(RejectionCode::NoChannels, message));
     }
     Ok(columns)
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::io::BufReader;
 use std::sync::Arc;
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -101,12 +102,12 @@ fn open(log: &Location) -> Result<(BufReader<Source>, u64, ld::Log), Error> {
     let source = source::open(log).map_err(fail)?;
     let size = source.size().map_err(fail)?;
     let mut file = BufReader::new(source);
-    let contents = ld::list(&mut file, size)
-        .map_err(fail)?
-        .ok_or_else(|| Error::new("cut_off", format!("{log} ends within its header")))?;
+    let contents = ld::list(&mut file, size).map_err(fail)?.ok_or_else(|| {
+        Error::new(RejectionCode::CutOff, format!("{log} ends within its header"))
+    })?;
     if contents.channels.is_empty() {
         let why = contents.faults.first().map(|f| format!(": {f}")).unwrap_or_default();
-        return Err(Error::new("no_channels", format!("{log} has no channels{why}")));
+        return Err(Error::new(RejectionCode::NoChannels, format!("{log} has no channels{why}")));
     }
     Ok((file, size, contents))
 }

@@ -12,6 +12,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::stamps::text::Kind;
@@ -185,7 +186,7 @@ impl Dialect {
                 "" | "unix time" | "sec" => 1.0,
                 unit => units::conversion(unit, "s").map(|c| c.factor).map_err(|e| {
                     let name = &table.names[place];
-                    Error::new("unknown_unit", format!("{log}: `{name}`: {e}"))
+                    Error::new(RejectionCode::UnknownUnit, format!("{log}: `{name}`: {e}"))
                 })?,
             };
             return Ok(Clock::Column(place, factor));
@@ -196,7 +197,7 @@ impl Dialect {
                 log,
                 self.clock.join("` or `")
             );
-            Error::new("no_time", message)
+            Error::new(RejectionCode::NoTime, message)
         })
     }
 

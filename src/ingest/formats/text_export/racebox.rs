@@ -15,6 +15,7 @@
 
 use super::facts::{Facts, HeaderKeys, wall_clock};
 use super::rows;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -134,7 +135,7 @@ impl Rows {
         let Some(clock) = table.names.iter().position(|name| name == "Time") else {
             let message =
                 format!("{log} has no column `Time`; export it from RaceBox again, with time");
-            return Err(Error::new("no_time", message));
+            return Err(Error::new(RejectionCode::NoTime, message));
         };
         let names = table.names.clone();
         let wanted: Vec<(&str, usize)> =

@@ -21,6 +21,7 @@
 use super::facts::{Facts, HeaderKeys};
 use super::level::{self, Derived};
 use super::{header_rate_warning, rows};
+use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -139,7 +140,7 @@ fn open(log: &Location) -> Result<(Table, Facts), Error> {
                 "{} is in the coordinate system {system}, with z down; export it again in ENU",
                 log
             );
-            Err(Error::new("coordinate_system", message))
+            Err(Error::new(RejectionCode::CoordinateSystem, message))
         }
         _ => Ok((table, facts)),
     }
@@ -228,7 +229,7 @@ fn stamps(
         "{}: `{TICKS}` is empty and no comment gives the `{}`; export it again with {TICKS}",
         log, HEADER_KEYS.rate
     );
-    Err(Error::new("no_time", message))
+    Err(Error::new(RejectionCode::NoTime, message))
 }
 
 /// A counter that begins anew after `wrap`, as one that does not.
