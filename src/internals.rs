@@ -70,6 +70,9 @@ pub mod cli {
     pub use crate::cli::command;
 }
 pub mod contract {
+    pub mod geodesy {
+        pub use crate::contract::geodesy::metres_per_degree;
+    }
     pub mod bike {
         pub use crate::contract::bike::{Axle, Bike, schema};
     }

@@ -11,7 +11,7 @@ const EQUATOR_RADIUS_M: f64 = 6_378_137.0;
 const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
 
 /// Metres of a degree to the north and to the east at a latitude in degrees.
-pub(crate) fn metres_per_degree(latitude: f64) -> [f64; 2] {
+pub fn metres_per_degree(latitude: f64) -> [f64; 2] {
     let (sin, cos) = latitude.to_radians().sin_cos();
     let flat = 1.0 - ECCENTRICITY_SQUARED * sin * sin;
     let across = EQUATOR_RADIUS_M / flat.sqrt(); // radius of curvature from east to west

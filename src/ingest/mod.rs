@@ -157,8 +157,8 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 mod tests {
     use std::io::ErrorKind;
 
-    use super::error::DAMAGED;
     use super::*;
+    use crate::contract::rejection::RejectionCode;
     use crate::store::objects::faults;
 
     #[test]
@@ -169,13 +169,16 @@ mod tests {
                 kind.into_iter().for_each(|kind| faults::note(&log, &kind.into()));
                 made
             };
-            whole(&log, reader).map_err(|e| e.code.as_str())
+            whole(&log, reader).map_err(|e| e.code)
         };
-        let damaged = || Err(Error::new(DAMAGED, "cut off"));
+        let damaged = || Err(Error::new(RejectionCode::Damaged, "cut off"));
         assert_eq!(read(Ok(7), None), Ok(7));
-        assert_eq!(read(damaged(), None), Err(DAMAGED));
+        assert_eq!(read(damaged(), None), Err(RejectionCode::Damaged));
         for made in [Ok(7), damaged()] {
-            assert_eq!(read(made, Some(ErrorKind::PermissionDenied)), Err(UNREADABLE));
+            assert_eq!(
+                read(made, Some(ErrorKind::PermissionDenied)),
+                Err(RejectionCode::Unreadable)
+            );
         }
         // its end is what every reader comes to
         assert_eq!(read(Ok(7), Some(ErrorKind::UnexpectedEof)), Ok(7));
@@ -186,15 +189,15 @@ mod tests {
     fn who_does_not_give_a_log_says_whether_it_is_bad() {
         let code = |kind: ErrorKind, log: &str| {
             let log = Location::parse(log).expect("a location");
-            Error::unreadable(&log, &kind.into()).code.as_str()
+            Error::unreadable(&log, &kind.into()).code
         };
         for (kind, here, in_a_store) in [
-            (ErrorKind::PermissionDenied, UNREADABLE, UNREACHABLE),
-            (ErrorKind::NotFound, UNREADABLE, UNREACHABLE),
-            (ErrorKind::Other, UNREADABLE, UNREACHABLE),
-            (ErrorKind::InvalidData, DAMAGED, DAMAGED),
-            (ErrorKind::UnexpectedEof, DAMAGED, DAMAGED),
-            (ErrorKind::AlreadyExists, UNREADABLE, CHANGED),
+            (ErrorKind::PermissionDenied, RejectionCode::Unreadable, RejectionCode::Unreachable),
+            (ErrorKind::NotFound, RejectionCode::Unreadable, RejectionCode::Unreachable),
+            (ErrorKind::Other, RejectionCode::Unreadable, RejectionCode::Unreachable),
+            (ErrorKind::InvalidData, RejectionCode::Damaged, RejectionCode::Damaged),
+            (ErrorKind::UnexpectedEof, RejectionCode::Damaged, RejectionCode::Damaged),
+            (ErrorKind::AlreadyExists, RejectionCode::Unreadable, RejectionCode::Changed),
         ] {
             assert_eq!((code(kind, "a.csv"), code(kind, "s3://b/a.csv")), (here, in_a_store));
         }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::geodesy::metres_per_degree;
 use roadbench::internals::contract::session::{Meta, Session};
 use roadbench::internals::ingest;
 use roadbench::internals::ingest::maps::ChannelMap;

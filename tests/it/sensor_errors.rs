@@ -43,7 +43,7 @@ fn residuals_take_off_what_sensors_put_in() {
     let perfect = fitted.session.as_ref();
     let none = fitted.base.values.with_perfect_sensors();
     let of = |session: &Session, values: &Parameters| {
-        blocks(&Samples::gather(session, &fitted.segments), values)
+        blocks(&Samples::gather(session, &fitted.ridden.segments), values)
     };
     let wanted = of(perfect, &none);
     // a wrong lean and the gravity that it lets into the lateral acceleration all but cancel in the balances of forces:
