@@ -7,7 +7,6 @@ use indicatif::ProgressBar;
 
 use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, finish};
 use crate::batch::workers::in_order::InOrder;
-use crate::batch::workers::progress::Progress;
 use crate::batch::workers::scheduler as engine;
 use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
@@ -15,6 +14,7 @@ use crate::cli::batch::{
     stopped,
 };
 use crate::cli::failure::Failure;
+use crate::cli::progress::Progress;
 use crate::diagnose::{Settings, summary};
 use crate::store::tables::rows::CauseRow;
 

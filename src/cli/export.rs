@@ -8,10 +8,11 @@ use clap::ValueHint;
 use crate::batch::jobs::models;
 use crate::batch::store::mark;
 use crate::batch::store::reading::Reading;
+use crate::cli::choices::{CoefficientSet, Tyre, TyreFormat};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::report::export::written;
-use crate::report::export::written::{Format, Request, Set, Tyre, Written};
+use crate::report::export::written::{Request, Written};
 use crate::store::objects::Location;
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
@@ -29,7 +30,7 @@ pub(crate) struct Arguments {
     bike: Option<String>,
     /// What to write.
     #[arg(long, value_enum)]
-    format: Format,
+    format: TyreFormat,
     /// Which tyre; a tir, tydex, fmu or simulator file holds one, the others both where this is not given.
     #[arg(long, value_enum)]
     tyre: Option<Tyre>,
@@ -39,7 +40,7 @@ pub(crate) struct Arguments {
     bikes: Option<PathBuf>,
     /// Which set of coefficients a tir file has; the reduced one where the ride gave half of a tyre.
     #[arg(long, value_enum, default_value = "5.2")]
-    set: Set,
+    set: CoefficientSet,
     /// Road friction of the ride.
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
@@ -88,10 +89,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         out: &arguments.out,
         session: &arguments.session,
         bike: arguments.bike.as_deref(),
-        format: arguments.format,
-        tyre: arguments.tyre,
+        format: arguments.format.into(),
+        tyre: arguments.tyre.map(Into::into),
         bikes: arguments.bikes.as_deref(),
-        set: arguments.set,
+        set: arguments.set.into(),
         friction: arguments.friction,
         load: arguments.load,
         models: models.as_ref(),

@@ -4,7 +4,7 @@ use crate::batch::store::forget::{Which, forget};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
-use crate::report::number_format::count;
+use crate::statistics::number_format::count;
 use crate::store::objects::Location;
 
 /// Take sessions out of an output: their rows go from every table, their pages from the report

@@ -8,12 +8,13 @@ use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::mark;
 use crate::batch::store::reading::Reading;
 use crate::cli::browser;
+use crate::cli::choices::{FigureFormat, PageKind};
 use crate::cli::failure::Failure;
 use crate::cli::location::require_folder;
 use crate::cli::say::say;
 use crate::contract::bike::Axle;
 use crate::report::session::{bench_points, bench_values};
-use crate::report::static_figures::write::{self, Format};
+use crate::report::static_figures::write;
 use crate::report::{self, Error, summary};
 use crate::store::objects::Location;
 use crate::store::objects::files::read_text;
@@ -60,7 +61,7 @@ pub(crate) struct Pages {
     /// than 50 they share script and style in `report/assets`, and of more than 1000 only those are there
     /// that `report --open` was asked for.
     #[arg(long = "pages", value_name = "KIND", default_value = "auto", hide_default_value = true)]
-    pub kind: report::Pages,
+    pub kind: PageKind,
 }
 
 /// The report for other places than a browser.
@@ -73,7 +74,7 @@ pub(crate) struct Copies {
     /// What files the figures become. PNG has three pixels to the SVG's one (1860 x 1260 for
     /// most) and its text in DejaVu Sans, whatever fonts the machine has.
     #[arg(long, value_name = "FORMAT", default_value = "svg", requires = "figures")]
-    figure_format: Format,
+    figure_format: FigureFormat,
     /// File for the summary in Markdown, for pull requests and chat.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
@@ -105,7 +106,7 @@ impl Copies {
     /// A table cannot be read, or a file cannot be written.
     pub(crate) fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
         if let Some(to) = &self.figures {
-            let count = write::figures(out, to, self.figure_format, only)?;
+            let count = write::figures(out, to, self.figure_format.into(), only)?;
             tracing::info!("{count} figures: {}", to.display());
         }
         if let Some(file) = &self.markdown {
@@ -138,7 +139,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     for (name, bytes) in &benches {
         file::write_bytes(out.join(name), bytes).map_err(|e| Failure::Output(e.to_string()))?;
     }
-    let kind = arguments.pages.kind;
+    let kind = arguments.pages.kind.into();
     if let Some(session) = &arguments.open {
         let page = report::open(&out, session, arguments.bike.as_deref(), kind).map_err(failure)?;
         say!("{}", page.display());

@@ -14,7 +14,6 @@ use crate::batch::jobs::run::{RunWork, finish};
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::marker::Key;
 use crate::batch::summary::Summary;
-use crate::batch::workers::progress::Progress;
 use crate::batch::workers::scheduler as engine;
 use crate::batch::workers::scheduler::Accounts;
 use crate::batch::{Finished, Watch};
@@ -24,6 +23,7 @@ use crate::cli::batch::{
 };
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
+use crate::cli::progress::Progress;
 use crate::cli::report::{Copies, Pages};
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
@@ -138,8 +138,9 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         }
         return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
-    let copy =
-        finish(&store, arguments.pages.kind, |copy| arguments.copies.write(copy.folder(), None))?;
+    let copy = finish(&store, arguments.pages.kind.into(), |copy| {
+        arguments.copies.write(copy.folder(), None)
+    })?;
     summarise()?;
     if !arguments.batch.quiet {
         match watch.only() {

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::batch::workers::threads;
+use crate::cli::progress::tick;
 
 /// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl Steps {
         bar.set_message(what.to_owned());
         bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
         bar.reset();
-        threads::tick(&bar);
+        tick(&bar);
         Steps(bar)
     }
 

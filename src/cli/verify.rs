@@ -4,7 +4,7 @@ use crate::batch::store::verify::{Mended, mend, verify};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
-use crate::report::number_format::count;
+use crate::statistics::number_format::count;
 use crate::store::objects::Location;
 
 /// Hold an output against its checksums, its rows against one another and its sessions against their logs

@@ -1,4 +1,4 @@
-//! Bike files on disk.
+//! Reading a bike file.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::contract::bike::{Bike, Error};
 use crate::store::objects::files::read_text;
 
 impl Bike {
-    /// Reads and checks a bike file; the file's name is the motorcycle's.
+    /// Reads and checks a bike file.
     ///
     /// # Errors
     /// The file cannot be read, is not TOML, or a key is missing, misspelt or out of range;

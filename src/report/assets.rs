@@ -49,7 +49,7 @@ const WRITTEN: &str = "pages.js";
 const ASSET_MARK: &str = "/* roadbench report */\n";
 
 /// What the pages of the sessions are like.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Pages {
     /// Self-contained up to 50 sessions, shared above, on demand above 1000; pages that are there stay
     /// as they are.

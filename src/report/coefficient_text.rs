@@ -1,6 +1,6 @@
 //! A coefficient's numbers as text, for pages, the terminal and exports.
 
-use crate::report::number_format::{self, fixed};
+use crate::statistics::number_format::{self, fixed};
 use crate::store::tables::rows::Coefficient;
 
 /// A coefficient's numbers with the digits its uncertainty leaves meaning.

@@ -9,7 +9,7 @@
 //!
 //! A folder per kind of page ([`run`], [`session`], [`fleet`], [`diagnosis`]) and what they share:
 //! the shell of a page ([`page_shell`]), charts ([`charts`]), drawings inside tables
-//! ([`inline_svg`]), number formats ([`number_format`]). The same charts become files in
+//! ([`inline_svg`]), number formats ([`number_format`](crate::statistics::number_format)). The same charts become files in
 //! [`static_figures`], the same numbers text in [`terminal`] and [`markdown`].
 //!
 //! Texts from logs are hostile until escaped: the templates escape every value, and the data
@@ -37,7 +37,6 @@ pub(crate) mod labels;
 pub(crate) mod list;
 mod lock;
 pub(crate) mod markdown;
-pub(crate) mod number_format;
 pub(crate) mod open;
 pub(crate) mod page_names;
 pub(crate) mod page_shell;

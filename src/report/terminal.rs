@@ -7,7 +7,7 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::report::as_read;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
-use crate::report::number_format::{self, fixed};
+use crate::statistics::number_format::{self, fixed};
 use crate::statistics::order::median_of_finite;
 use crate::store::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 

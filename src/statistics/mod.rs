@@ -11,6 +11,7 @@ pub(crate) mod clustered_fit;
 pub(crate) mod interval;
 pub(crate) mod loss;
 pub(crate) mod nonlinear;
+pub(crate) mod number_format;
 pub(crate) mod order;
 pub(crate) mod random;
 pub(crate) mod runs;

@@ -3,7 +3,6 @@
 pub(crate) mod blame;
 pub(crate) mod fence;
 pub(crate) mod in_order;
-pub(crate) mod progress;
 pub(crate) mod scheduler;
 pub(crate) mod threads;
 pub(crate) mod watch;

@@ -1,8 +1,5 @@
 //! Threads, as many as are asked for and as the machine gives.
 
-use std::time::Duration;
-
-use indicatif::ProgressBar;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// More per core make nothing faster, and each log's share of the memory smaller.
@@ -46,13 +43,6 @@ pub(crate) fn pool(wanted: usize) -> Option<ThreadPool> {
             return None;
         }
         threads /= 2;
-    }
-}
-
-/// Has a bar move by itself, where it is seen and there is a thread for that: without one its own call ends the program.
-pub(crate) fn tick(bar: &ProgressBar) {
-    if !bar.is_hidden() && std::thread::Builder::new().spawn(|| {}).is_ok() {
-        bar.enable_steady_tick(Duration::from_millis(250));
     }
 }
 

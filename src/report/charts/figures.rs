@@ -8,10 +8,10 @@ use crate::contract::schema::Table;
 use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
 use crate::report::labels;
-use crate::report::number_format::round;
 use crate::report::plots::catalogue;
 use crate::report::plots::plot::{Axis, DATA, Plot, Section, TIMELINE};
 use crate::report::session::laps;
+use crate::statistics::number_format::round;
 use crate::store::tables::rows::{Manoeuvre, PlotPoint};
 
 /// Parts of its range that a panel of the time line resolves: it is low, and the panels are half of

@@ -98,8 +98,9 @@ mod tests {
 
     #[test]
     fn steps_give_the_same_numbers_back() {
-        let rounded =
-            |i: i32| crate::report::number_format::round(f64::from(i * i % 7919).sqrt() * 0.37, 4);
+        let rounded = |i: i32| {
+            crate::statistics::number_format::round(f64::from(i * i % 7919).sqrt() * 0.37, 4)
+        };
         let values: Vec<Option<f64>> = (0..5000).map(|i| Some(rounded(i))).collect();
         let Column::Steps { e, d } = column(&values) else { panic!("rounded numbers are steps") };
         let mut sum = 0;

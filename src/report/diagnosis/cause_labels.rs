@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::report::labels;
-use crate::report::number_format::{self, fixed, typeset};
 use crate::simulate::effects::Effect;
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::CauseRow;
 
 /// What an effect of a size does, as a clause, and what it usually does where its size is not known; a

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::report::diagnosis::cause_labels;
 use crate::report::labels;
-use crate::report::number_format::{self, fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 
 /// The extended model, as `diagnose` wrote it.
 #[derive(Debug, Serialize)]

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::report::diagnosis::bars::{self, Axis, Levels};
 use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::overlays::Reproduced;
-use crate::report::number_format::{self, fixed, typeset};
 use crate::report::{kinds, labels};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::DiscrepancyRow;
 
 /// One channel while one kind of manoeuvre.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::kinds;
-use crate::report::number_format::{self, fixed};
+use crate::statistics::number_format::{self, fixed};
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most signals that are listed as left.

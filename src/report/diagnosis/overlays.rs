@@ -8,8 +8,8 @@ use serde::Serialize;
 use crate::report::charts::chart::{Chart, Label, Line};
 use crate::report::charts::resolution::digits;
 use crate::report::diagnosis::{cause_labels, simulation};
-use crate::report::number_format::{self, fixed, round, typeset};
 use crate::report::{kinds, labels};
+use crate::statistics::number_format::{self, fixed, round, typeset};
 use crate::store::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
 
 /// Most overlays on a page.

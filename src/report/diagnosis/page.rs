@@ -12,7 +12,7 @@ use crate::report::diagnosis::outcome::{
 };
 use crate::report::diagnosis::overlays::pooled;
 use crate::report::diagnosis::simulation::{Simulation, simulation};
-use crate::report::number_format::{self, fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Candidates that are shown before the reader asks for the rest.

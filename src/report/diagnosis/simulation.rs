@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::report::diagnosis::bars;
 use crate::report::diagnosis::cause_labels::{self, sentence};
 use crate::report::kinds;
-use crate::report::number_format::{self, fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::SimulationError;
 
 /// Gains that are told in a sentence each.

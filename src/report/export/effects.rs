@@ -13,10 +13,10 @@
 use serde::Serialize;
 
 use crate::contract::bike::Axle;
-use crate::report::number_format;
 use crate::simulate::effects::models::{Models, was_taken_out};
 use crate::simulate::effects::{Effect, ModelError, Who};
 use crate::statistics::interval::t95;
+use crate::statistics::number_format;
 use crate::store::tables::rows::{SessionRow, WarningRow};
 
 /// An effect that a diagnosis named.

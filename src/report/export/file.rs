@@ -12,7 +12,7 @@ use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use super::validity::Validity;
 use crate::contract::coefficient::Coefficient as C;
-use crate::report::number_format;
+use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, Status};
 
 /// Reference speed, m/s.

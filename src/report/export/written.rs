@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
-
 use super::effects::{Named, Place};
 use super::file::one_line;
 use super::fitted::Fitted;
@@ -15,7 +13,7 @@ use crate::simulate::effects::tyre_file::CROWN;
 use crate::simulate::effects::{ALL, Effect};
 
 /// What is written, for whom.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Magic Formula property file.
     Tir,
@@ -34,20 +32,18 @@ pub enum Format {
 }
 
 /// Which set of coefficients a tir file has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
     /// Motorcycle Magic Formula 5.2 (FITTYP 52, PAC_MC), fitted over the ridden camber.
-    #[value(name = "5.2", alias = "motorcycle")]
     Motorcycle,
     /// Magic Formula 6.2 (FITTYP 62), fitted over the ridden camber, known to more readers.
-    #[value(name = "6.2")]
     MagicFormula62,
     /// A few coefficients of Magic Formula 6.2 in closed form: right at small angles.
     Reduced,
 }
 
 /// Which tyre of a motorcycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tyre {
     /// The front one.
     Front,

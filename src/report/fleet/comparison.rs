@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::report::fleet::tables::FleetTables;
-use crate::report::number_format::{self, fixed, typeset};
 use crate::report::{inline_svg, labels};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::statistics::order::median_of_finite;
 use crate::store::tables::rows::FleetRow;
 

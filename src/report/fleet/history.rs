@@ -10,7 +10,7 @@ use crate::report::charts::resolution;
 use crate::report::fleet::event_kind;
 use crate::report::fleet::tables::{FleetTables, SessionEstimate};
 use crate::report::labels;
-use crate::report::number_format::round;
+use crate::statistics::number_format::round;
 
 /// Largest number of charts over time.
 const CHARTS: usize = 40;

@@ -3,7 +3,7 @@
 use crate::report::fleet::page::{Event, Link};
 use crate::report::fleet::ratios::Ratio;
 use crate::report::list::{self, Cell, List, Part, column, number};
-use crate::report::number_format;
+use crate::statistics::number_format;
 
 /// What happened.
 pub(crate) fn events<'a>(events: impl Iterator<Item = &'a Event>) -> List {

@@ -8,7 +8,7 @@ use crate::report::fleet::comparison::{self, Compared};
 use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::{event_kind, history, ratios};
 use crate::report::labels;
-use crate::report::number_format::{self, fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::EventRow;
 
 /// File name of the page.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::contract::coefficient::Coefficient;
 use crate::report::labels;
-use crate::report::number_format::{self, fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{FleetRow, RatioRow, Status};
 
 /// Tyres without a ratio that are named; of more the number is told.

@@ -6,7 +6,7 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::report::error::Error;
 use crate::report::labels;
 use crate::report::list::{self, Cell, List, column, number};
-use crate::report::number_format::{self, decimals_of, fixed};
+use crate::statistics::number_format::{self, decimals_of, fixed};
 use crate::store::tables::read;
 use crate::store::tables::rows::{BikeRow, TyreRow};
 

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use crate::report::number_format::{self, fixed, typeset};
 use crate::report::tables::RunTables;
 use crate::report::{inline_svg, labels};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::statistics::order::median_of_finite;
 use crate::store::tables::rows::{Coefficient, FleetRow, Status};
 

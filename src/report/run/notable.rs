@@ -2,8 +2,8 @@
 
 use crate::contract::coefficient::{Coefficient, Part};
 use crate::report::list::{self, Cell, List, column, number};
-use crate::report::number_format::{self, fixed};
 use crate::report::run::bikes::{BikePart, Overview};
+use crate::statistics::number_format::{self, fixed};
 use crate::statistics::order::median_of_finite;
 
 /// Medians that the list shows, and that a bike may be far off in; in words.

@@ -3,9 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::report::diagnosis;
 use crate::report::run::bikes::{self, BikePart};
 use crate::report::tables::RunTables;
-use crate::report::{diagnosis, number_format};
+use crate::statistics::number_format;
 use crate::store::tables::rows::{FleetRow, Rejected, Status, WarningRow};
 
 /// The run's page.

@@ -16,9 +16,9 @@ use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::as_read;
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
-use crate::report::number_format::{self, fixed, typeset};
 use crate::report::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::session::bench_points::BenchPoints;
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::objects::files::read_text;
 use crate::store::tables::read;
 

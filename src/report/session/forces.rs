@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::report::number_format::{fixed, typeset};
 use crate::report::plots::offroad::rider_label;
 use crate::report::{kinds, labels};
 use crate::segment::manoeuvre::{Declaration, ManoeuvreKind, Peak};
+use crate::statistics::number_format::{fixed, typeset};
 use crate::store::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::report::charts::pack;
-use crate::report::number_format::{count, fixed, round, typeset};
+use crate::statistics::number_format::{count, fixed, round, typeset};
 use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
 
 const KMH: f64 = 3.6;

@@ -6,13 +6,13 @@ use serde::Serialize;
 use crate::contract::coefficient::{Coefficient as Name, Id, Part};
 use crate::report::charts::figures::Figures;
 use crate::report::coefficient_text::CoefficientText;
-use crate::report::number_format::{self, fixed, typeset};
 use crate::report::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::report::plots::plot::Plot;
 use crate::report::session::bench_values::BenchValues;
 use crate::report::session::laps::Laps;
 use crate::report::{inline_svg, kinds, labels};
 use crate::segment::manoeuvre::Peak;
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// What the first screen tells of both tyres, in words.

@@ -17,10 +17,9 @@ use crate::report::{fleet, page_names};
 use crate::store::tables::file;
 
 /// What files a figure becomes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Lines and letters that stay sharp at any size and can be edited.
-    #[default]
     Svg,
     /// Pixels, for what takes no SVG.
     Png,

@@ -1,11 +1,11 @@
 //! How far a run is: a bar for people at a terminal, one log event per session for everybody.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::threads;
-use super::watch::{Finished, State, Watch};
+use crate::batch::workers::watch::{Finished, State, Watch};
 
 /// Draws the bar and writes the events.
 #[derive(Debug)]
@@ -34,6 +34,13 @@ impl Progress {
     }
 }
 
+/// Has a bar move by itself, where it is seen and there is a thread for that: without one its own call ends the program.
+pub(crate) fn tick(bar: &ProgressBar) {
+    if !bar.is_hidden() && std::thread::Builder::new().spawn(|| {}).is_ok() {
+        bar.enable_steady_tick(Duration::from_millis(250));
+    }
+}
+
 impl<R> Watch<R> for Progress {
     fn planned(&self, logs: &[String], bytes: u64) {
         let inputs = logs.len();
@@ -55,7 +62,7 @@ impl<R> Watch<R> for Progress {
         self.bar.set_length(inputs as u64);
         self.bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
         self.bar.reset();
-        threads::tick(&self.bar);
+        tick(&self.bar);
     }
 
     fn finished(&self, f: &Finished<'_>, _: Option<R>) {
