@@ -193,6 +193,11 @@ pub use report::export::written::{
     Written, write as export_tyre,
 };
 
+// What options of the command line may be, by their names there.
+pub use cli::choices::{
+    CoefficientSet as SetChoice, Tyre as TyreChoice, TyreFormat as FormatChoice,
+};
+
 // The program `roadbench`.
 pub use cli::{main as command, main_with as command_with};
 

@@ -9,7 +9,10 @@ use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
-use roadbench::{ExportRequest, Location, Reading, Written, export_tyre, read_models};
+use roadbench::{
+    ExportRequest, FormatChoice, Location, Reading, SetChoice, TyreChoice, Written, export_tyre,
+    read_models,
+};
 
 /// What is asked for, as JSON.
 #[derive(Debug, Deserialize)]
@@ -41,10 +44,14 @@ pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>
         out: &options.out,
         session: &options.session,
         bike: options.bike.as_deref(),
-        format: word("format", &options.format)?,
-        tyre: options.tyre.as_deref().map(|tyre| word("tyre", tyre)).transpose()?,
+        format: word::<FormatChoice>("format", &options.format)?.into(),
+        tyre: options
+            .tyre
+            .as_deref()
+            .map(|tyre| word::<TyreChoice>("tyre", tyre).map(Into::into))
+            .transpose()?,
         bikes: options.bikes.as_deref(),
-        set: word("set", &options.set)?,
+        set: word::<SetChoice>("set", &options.set)?.into(),
         friction: options.friction,
         load: options.load,
         models: models.as_ref(),

@@ -9,7 +9,7 @@ macro_rules! choice {
     ($(#[$doc:meta])* $name:ident of $room:ty { $($(#[$words:meta])* $variant:ident,)+ }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-        pub(crate) enum $name {
+        pub enum $name {
             $($(#[$words])* $variant,)+
         }
 

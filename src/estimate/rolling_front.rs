@@ -4,10 +4,9 @@
 //! slips itself follows from its own inertia and its tyre's slip stiffness.
 
 use super::samples::Samples;
+use crate::motorcycle::balance::USUAL_SLIP_STIFFNESS;
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
-/// Slip stiffness per load of a front tyre that no ride has shown.
-pub(crate) const USUAL_SLIP_STIFFNESS: f64 = 20.0;
 /// Slip stiffnesses per load that a front tyre may have.
 const SLIP_STIFFNESSES: [f64; 2] = [8.0, 40.0];
 /// Least load of a front wheel that rolls with the road, over its load at rest.

@@ -14,6 +14,8 @@ use crate::contract::bike::Bike;
 
 /// Slip stiffness per load of a road tyre, within a third: of the supersport tyres of the paper's reference 26.
 pub(crate) const USUAL_SLIP_STIFFNESS: f64 = 19.0;
+/// Usual torque of the brakes per line pressure, front and rear, N m/Pa.
+pub(crate) const USUAL_BRAKE_GAIN: [f64; 2] = [2.4e-4, 1.6e-4];
 /// Friction of the best road tyre on the best road.
 pub(crate) const LARGEST_FRICTION: f64 = 1.3;
 

@@ -20,6 +20,7 @@ use crate::contract::channel::Channel;
 use crate::contract::file_kind::FileKind;
 use crate::contract::schema::closest;
 use crate::contract::schema::refuse_infinite_in;
+use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
 use crate::simulate::effects::{Effect, ModelError};
 use crate::statistics::random::Random;
 use crate::store::objects::files::read_text;
@@ -40,8 +41,8 @@ pub(crate) const TRUTH: &[(&str, f64, &str)] = &[
     ("rolling_resistance", 0.015, "both tyres"),
     ("deflection_share", USUAL_SHARE, "of a tyre's deflection, by which it rolls shorter"),
     ("friction", 1.0, "road friction over that of the tyre's characterisation"),
-    ("brake_gain_front", 2.4e-4, "torque per pressure, N m/Pa"),
-    ("brake_gain_rear", 1.6e-4, "torque per pressure, N m/Pa"),
+    ("brake_gain_front", USUAL_BRAKE_GAIN[0], "torque per pressure, N m/Pa"),
+    ("brake_gain_rear", USUAL_BRAKE_GAIN[1], "torque per pressure, N m/Pa"),
     ("front_inertia", 0.45, "wheel spin inertia where the bike file has none, kg m2"),
     ("rear_inertia", 0.60, "wheel spin inertia where the bike file has none, kg m2"),
     ("front.radius_ratio", 0.99, "rolling radius over the bike file's nominal"),

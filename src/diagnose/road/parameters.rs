@@ -5,6 +5,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
+use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
 use crate::simulate::effects::physics::Reach;
 use crate::simulate::effects::{Effect, ModelError, PRIOR};
 use crate::tyre::MagicFormula;
@@ -342,7 +343,7 @@ impl Parameters {
             caster_angle: bike.caster_angle,
             yaw_inertia: bike.yaw_inertia(),
             roll_inertia: ROLL_GYRATION * bike.mass,
-            wheel_inertia: each(&|axle, k| wheel(axle).wheel_inertia.unwrap_or([0.45, 0.6][k])),
+            wheel_inertia: each(&|axle, _| bike.wheel_inertia(axle)),
             side_force_ratio: ratio,
             twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
             relaxation_length: each(&|axle, k| wheel(axle).relaxation_length.unwrap_or(radius[k])),
@@ -350,8 +351,8 @@ impl Parameters {
             drag: finite(inputs.drag, bike.drag),
             rolling_resistance: finite(inputs.rolling, bike.rolling_resistance),
             brake_gain: [
-                bike.brake_gain_front.unwrap_or(2.4e-4),
-                bike.brake_gain_rear.unwrap_or(1.6e-4),
+                bike.brake_gain_front.unwrap_or(USUAL_BRAKE_GAIN[0]),
+                bike.brake_gain_rear.unwrap_or(USUAL_BRAKE_GAIN[1]),
             ],
             radius,
             friction,

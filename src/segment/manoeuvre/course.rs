@@ -1,5 +1,8 @@
 //! Rate of turn where no gyro tells it: from the heading, or from the track over ground.
 
+use crate::contract::geodesy::metres_per_degree;
+use crate::statistics::angles::unwrap;
+
 /// Half the time over which a heading's change is taken, s: positions are rough.
 const HALF: f64 = 0.8;
 
@@ -12,17 +15,12 @@ pub(super) fn of_heading(heading: &[f64], rate: f64) -> Vec<f64> {
 pub(super) fn of_track(latitude: &[f64], longitude: &[f64], rate: f64) -> Vec<f64> {
     let half = ((HALF * rate).round() as usize).max(2);
     let north = slope(latitude, rate, half);
-    let mut east = slope(longitude, rate, half);
-    east.iter_mut().zip(latitude).for_each(|(e, lat)| *e *= lat.to_radians().cos());
-    let (mut course, mut last) = (Vec::with_capacity(north.len()), f64::NAN);
-    for (n, e) in north.iter().zip(&east) {
-        let mut now = n.atan2(*e);
-        if last.is_finite() && now.is_finite() {
-            now -= std::f64::consts::TAU * ((now - last) / std::f64::consts::TAU).round();
-        }
-        last = if now.is_finite() { now } else { last };
-        course.push(now);
-    }
+    let east = slope(longitude, rate, half);
+    let known = latitude.iter().copied().find(|x| x.is_finite());
+    let metres = metres_per_degree(known.unwrap_or_default());
+    let mut course: Vec<f64> =
+        north.iter().zip(&east).map(|(n, e)| (n * metres[0]).atan2(e * metres[1])).collect();
+    unwrap(&mut course);
     slope(&course, rate, half)
 }
 

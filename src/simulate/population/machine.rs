@@ -9,6 +9,8 @@ use super::build::{Springs, build, imu, usual_imperfections};
 use super::draw::spread;
 use super::tyre;
 use super::tyre::{Carcasses, Make};
+use crate::contract::bike::USUAL_WHEEL_INERTIA;
+use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
 use crate::simulate::effects::{ALL, ModelError};
 use crate::simulate::multibody::Motorcycle;
@@ -94,8 +96,8 @@ impl Machine {
         // faired and prone to naked and upright: 0.3 to 0.6 m2 (Cossalter 2006, sec. 3.5)
         plant.drag = 0.5 * AIR * spread(r, 0.3, 0.6);
         // 17 inch wheels with tyre and disc: within 30 % (schemas/bike.v1.toml)
-        plant.wheel_inertia = [0.45, 0.6].map(|usual| usual * r.between(0.7, 1.3));
-        plant.brake_gain = [2.4e-4, 1.6e-4].map(|usual| usual * r.between(0.8, 1.25));
+        plant.wheel_inertia = USUAL_WHEEL_INERTIA.map(|usual| usual * r.between(0.7, 1.3));
+        plant.brake_gain = USUAL_BRAKE_GAIN.map(|usual| usual * r.between(0.8, 1.25));
         plant.yaw_inertia = f64::NAN; // the bodies'
         plant.roll_inertia = f64::NAN;
         let load = multibody::static_loads(&plant);
