@@ -138,7 +138,7 @@ fn known(new: &New) -> (Owner, Vec<String>) {
     };
     let schema = schema();
     let wrong = |text: &String| {
-        let why = owner.set(text, &schema).err()?;
+        let why = owner.set(text, schema).err()?;
         Some(option_of(text).unwrap_or(why))
     };
     let wrong = new.set.iter().filter_map(wrong).collect();
@@ -300,7 +300,7 @@ impl Asked<'_> {
             let question =
                 "Another number that you measured, as wheelbase=1.43 (empty: write the file)";
             let Some(text) = self.line(question)?.filter(|a| !a.is_empty()) else { break };
-            if let Err(why) = more.set(&text, &schema) {
+            if let Err(why) = more.set(&text, schema) {
                 writeln!(self.output, "  {why}")?;
             }
         }

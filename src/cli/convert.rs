@@ -1,5 +1,6 @@
 //! `roadbench convert`.
 
+use crate::contract::schema;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -11,7 +12,6 @@ use crate::cli::location::location;
 use crate::cli::log::{self, rejected};
 use crate::cli::say::{put, say, tell};
 use crate::contract::channel::Channel;
-use crate::contract::schema::Table;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
@@ -160,7 +160,7 @@ fn mapping(raw: &Raw, map: Option<&ChannelMap>) -> String {
 
 /// What the session holds, a line per channel.
 fn summary(session: &Session, warnings: &[Warning]) -> String {
-    let table = Table::embedded("session");
+    let table = schema::session();
     let mut text = format!(
         "session {:?}, bike {:?}: {:.1} s at {} Hz, {} samples, {} warning(s)\n",
         session.meta.session_id,

@@ -1,5 +1,6 @@
 //! `roadbench inspect`: channels, rates and gaps of a log, and what can be estimated from it.
 
+use crate::contract::schema;
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
@@ -12,7 +13,6 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient, Requirement, Source};
 use crate::contract::rejection::RejectionCode;
-use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::fit::missing;
@@ -138,7 +138,7 @@ fn inspect(
     let source: Vec<(Channel, usize, Option<f64>)> =
         raw.tracks.iter().map(|t| (t.channel, recorded(t), source_rate(t))).collect();
     let (mut session, mut warnings) = ingest::run(raw, config)?;
-    let table = Table::embedded("session");
+    let table = schema::session();
     let mut channels: Vec<ChannelFacts> = session
         .channels()
         .filter_map(|c| {

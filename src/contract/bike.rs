@@ -15,6 +15,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde::Deserialize;
 
@@ -155,9 +156,10 @@ pub struct Bike {
     prior: BTreeMap<String, Prior>,
 }
 
-/// The declaration of every key.
-pub fn schema() -> KeyTable {
-    KeyTable::embedded("bike")
+/// The declaration of every key; parsed once.
+pub fn schema() -> &'static KeyTable {
+    static KEYS: OnceLock<KeyTable> = OnceLock::new();
+    KEYS.get_or_init(|| KeyTable::embedded("bike"))
 }
 
 impl Bike {

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
+use std::sync::OnceLock;
 
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef, TimeUnit};
 use serde::Deserialize;
@@ -59,6 +60,12 @@ pub struct Table {
     /// Its columns, in order.
     #[serde(rename = "column")]
     pub columns: Vec<Column>,
+}
+
+/// The table that every log becomes, `session.v1`; parsed once.
+pub(crate) fn session() -> &'static Table {
+    static TABLE: OnceLock<Table> = OnceLock::new();
+    TABLE.get_or_init(|| Table::embedded("session"))
 }
 
 impl Table {

@@ -47,7 +47,7 @@ fn percent(share: f64) -> String {
 
 /// The keys whose want or uncertainty costs most, at most three, the most costly first.
 pub(crate) fn costs(solution: &Solution) -> Vec<Cost> {
-    let declared: Vec<Key> = bike::schema().keys;
+    let declared: &[Key] = &bike::schema().keys;
     let is_key = |u: &&Upstream| declared.iter().any(|k| k.path == u.source.name);
     let mut keys: Vec<&str> =
         solution.upstream.iter().filter(is_key).map(|u| leaf(&u.source.name)).collect();

@@ -1,16 +1,8 @@
 //! `session.v1`, the table that every log becomes, and the keys of its metadata.
 
-use std::sync::OnceLock;
-
 use crate::contract::channel::Channel;
-use crate::contract::schema::Table;
+use crate::contract::schema;
 use crate::contract::session::Meta;
-
-/// The contract's input table, parsed once.
-pub(super) fn session_table() -> &'static Table {
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| Table::embedded("session"))
-}
 
 /// Takes an entry of a log's own metadata whose key is one of `session.v1`; `false` if it is none.
 pub(super) fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
@@ -40,5 +32,5 @@ pub(super) fn wheel_scale_sd(get: impl Fn(&str) -> Option<String>) -> [f64; 2] {
 
 /// Unit of a channel in `session.v1`; `1` for a channel without dimension.
 pub(super) fn si_unit(channel: Channel) -> &'static str {
-    session_table().column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1")
+    schema::session().column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1")
 }

@@ -1,5 +1,6 @@
 //! A session as a `session.v1` Parquet file.
 
+use crate::contract::schema;
 use std::sync::Arc;
 
 use ::parquet::arrow::ArrowWriter;
@@ -14,7 +15,7 @@ use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
 use crate::contract::session::Session;
-use crate::ingest::session_schema::{WHEEL_SCALE_SD, session_table};
+use crate::ingest::session_schema::WHEEL_SCALE_SD;
 use crate::store::objects::Location;
 use crate::store::tables::file;
 
@@ -57,7 +58,7 @@ pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, fi
 }
 
 fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, String> {
-    let table = session_table();
+    let table = schema::session();
     let full = table.arrow();
     let time: Vec<f64> = (0..session.len).map(|i| session.time(i)).collect();
     let mut fields = vec![full.field(0).clone()];

@@ -2,6 +2,7 @@
 //!
 //! Every manoeuvre is simulated on models that were fitted without it.
 
+use crate::contract::schema;
 use rayon::prelude::*;
 
 use super::base::Base;
@@ -9,7 +10,6 @@ use super::left_out::{Found, LeftOut};
 use super::null_simulation::NullSimulation;
 use super::samples::Samples;
 use crate::contract::channel::Channel;
-use crate::contract::schema::Table;
 use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
 use crate::diagnose::held_out::FOLDS;
@@ -123,7 +123,7 @@ impl Replays {
         simulation: &NullSimulation<'_>,
         ident: &Ident,
     ) -> Vec<SimulatedSample> {
-        let definition = Table::embedded("session");
+        let definition = schema::session();
         let known = |x: &f64| Some(*x).filter(|x| x.is_finite());
         let mut rows = Vec::new();
         for (c, channel) in

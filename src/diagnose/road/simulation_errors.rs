@@ -1,6 +1,7 @@
 //! How far the simulation is off on manoeuvres left out of the fit, before and after the named causes, in
 //! the channels' own units: rows of `simulation_errors` (`book/src/diagnosis.md`, section 2.10).
 
+use crate::contract::schema;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -9,7 +10,6 @@ use statrs::function::erf::erf;
 
 use super::null_simulation::NullSimulation;
 use super::replays::{Replays, SHOWN, Shown, shown};
-use crate::contract::schema::Table;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 use crate::store::tables::rows::{Ident, SimulationError};
@@ -36,7 +36,7 @@ pub(crate) fn simulation_errors(
     for (m, (kind, _)) in simulation.picks().iter().enumerate() {
         kinds.entry(*kind).or_default().push(m);
     }
-    let definition = Table::embedded("session");
+    let definition = schema::session();
     let mut rows = Vec::new();
     for (c, channel) in SHOWN.into_iter().enumerate() {
         let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());

@@ -3,13 +3,13 @@
 //! What is found becomes NaN, and a warning says so. All tests are conservative: a doubtful
 //! sample stays, the robust fits behind can live with it.
 
+use crate::contract::schema;
 use rayon::prelude::*;
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest::clock::{Clock, Clocked, Timed};
 use crate::ingest::config::Config;
-use crate::ingest::session_schema::session_table;
 use crate::ingest::warning::warning;
 use crate::statistics::order::{SD_PER_MAD, upper_median};
 
@@ -94,7 +94,7 @@ const SHORTEST: f64 = 0.1;
 
 /// Cleans every channel, and takes out those with nothing in them.
 pub(crate) fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
-    let table = session_table();
+    let table = schema::session();
     let moving = moving_times(log);
     let start = log.span().0;
     let Clocked { clocks, tracks } = log;

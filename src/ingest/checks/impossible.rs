@@ -4,8 +4,8 @@ use super::finding::{Finding, Findings};
 use super::view::{FEWEST, View};
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
+use crate::contract::schema;
 use crate::ingest::error::Error;
-use crate::ingest::session_schema::session_table;
 
 /// Share of the means that may be out of a channel's range.
 const RARE: f64 = 0.01;
@@ -22,7 +22,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     for &channel in Channel::ALL {
         let Some(x) = view.get(channel).filter(|_| !out.concern(channel)) else { continue };
         let ridden = RIDDEN.iter().find(|r| r.0 == channel).map(|r| r.1);
-        let range = session_table().column(channel.name()).and_then(|c| c.range);
+        let range = schema::session().column(channel.name()).and_then(|c| c.range);
         let Some([low, high]) = ridden.or(range) else { continue };
         let all = view.moving(|i| x[i]);
         let mut outside = all.iter().filter(|v| **v < low || **v > high);

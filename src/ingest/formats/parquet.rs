@@ -29,7 +29,7 @@ use crate::ingest::maps::units;
 use crate::ingest::maps::units::Conversion;
 use crate::ingest::maps::{ChannelMap, Maps, TimeSource};
 use crate::ingest::raw::{Column, Identified, Raw, Track};
-use crate::ingest::session_schema::{session_table, wheel_scale_sd};
+use crate::ingest::session_schema::wheel_scale_sd;
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 use crate::store::objects::source;
@@ -107,7 +107,7 @@ pub(crate) fn read_contract(
     meta: Meta,
     decode: impl FnOnce(&[usize]) -> Result<Vec<Vec<f64>>, Error>,
 ) -> Result<Raw, Error> {
-    let table = session_table();
+    let table = schema::session();
     let mut wanted = Vec::new();
     let mut plans: Vec<(Option<Channel>, Conversion)> = Vec::new();
     let mut unknown = Vec::new();

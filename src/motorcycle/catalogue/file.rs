@@ -31,7 +31,7 @@ pub fn text(portrait: &Portrait, bike_id: &str) -> Result<String, String> {
         let mut numbers = portrait.numbers.iter().filter(|n| of_table(&n.key) == table).peekable();
         let texts: Vec<_> =
             portrait.texts.iter().filter(|(k, _)| *k != "name" && of_table(k) == table).collect();
-        let left = left_out(&schema, portrait, table);
+        let left = left_out(schema, portrait, table);
         if !table.is_empty() && (numbers.peek().is_some() || !texts.is_empty()) {
             let _ = writeln!(out, "[{table}]");
         }
@@ -39,7 +39,7 @@ pub fn text(portrait: &Portrait, bike_id: &str) -> Result<String, String> {
             let _ = writeln!(out, "{} = {}", leaf(key), toml::Value::String(value.clone()));
         }
         for number in numbers {
-            entry(&mut out, number, &schema);
+            entry(&mut out, number, schema);
         }
         out += &left;
     }

@@ -359,10 +359,10 @@ mod tests {
         let mut owner = naked();
         let guess = of(&owner, "cg_to_front");
         assert!(guess.origin == Origin::Class && guess.known.sd > 0.02, "{guess:?}");
-        owner.set("wheelbase=1.50", &schema()).expect("a key");
+        owner.set("wheelbase=1.50", schema()).expect("a key");
         let with = of(&owner, "cg_to_front");
         assert!((with.known.value / guess.known.value - 1.50 / 1.435).abs() < 1e-9);
-        owner.set("cg_height = 0.6 +- 0.02", &schema()).expect("a key");
+        owner.set("cg_height = 0.6 +- 0.02", schema()).expect("a key");
         assert_eq!(of(&owner, "cg_height").known, Known { value: 0.6, sd: 0.02 });
         owner.scales = Some([125.0, 135.0]);
         let weighed = of(&owner, "cg_to_front");
@@ -396,7 +396,7 @@ mod tests {
             ("mass=250+--1", "not negative"),
             ("mass=inf", "is no number"),
         ] {
-            let e = owner.set(text, &schema()).expect_err(text);
+            let e = owner.set(text, schema()).expect_err(text);
             assert!(e.contains(part), "{text}: {e}");
         }
         assert!(owner.measured.is_empty());

@@ -1,10 +1,10 @@
 //! Everything that is drawn of a session, from the rows of `plots` and `manoeuvres`.
 
+use crate::contract::schema;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::contract::schema::Table;
 use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
 use crate::report::labels;
@@ -119,7 +119,7 @@ fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
     others.sort_unstable();
     others.dedup();
     others.retain(|n| catalogue::panels().all(|p| p.series.iter().all(|s| s.name != *n)));
-    let session = Table::embedded("session");
+    let session = schema::session();
     for name in others {
         let nameless = Axis { label: "", unit: "", scale: 1.0 };
         let plot = Plot::new(TIMELINE, "", [TIME, nameless], "");
