@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
+use crate::contract::file_error::FileError;
 use crate::ingest::maps::ChannelMap;
 use crate::ingest::maps::file::or_shipped;
 use crate::pipeline::Pipeline;
@@ -86,7 +87,7 @@ impl Maps {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn read(paths: &[PathBuf]) -> Result<Self, String> {
+    pub fn read(paths: &[PathBuf]) -> Result<Self, FileError> {
         Self::parse(&Self::texts(paths)?)
     }
 
@@ -94,7 +95,7 @@ impl Maps {
     ///
     /// # Errors
     /// One cannot be read.
-    pub fn texts(paths: &[PathBuf]) -> Result<Vec<(String, String)>, String> {
+    pub fn texts(paths: &[PathBuf]) -> Result<Vec<(String, String)>, FileError> {
         let text = |path: &PathBuf| Ok((path.display().to_string(), ChannelMap::text_of(path)?));
         paths.iter().map(text).collect()
     }
@@ -103,7 +104,7 @@ impl Maps {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn parse(texts: &[(String, String)]) -> Result<Self, String> {
+    pub fn parse(texts: &[(String, String)]) -> Result<Self, FileError> {
         let mut maps = Maps { texts: texts.to_vec(), ..Maps::default() };
         for (name, text) in texts {
             maps.list.push(ChannelMap::parse(text, name)?);

@@ -152,7 +152,7 @@ impl Options {
     pub(crate) fn read(&self) -> Result<Given, Failure> {
         self.inputs.iter().try_for_each(log::refuse_own)?;
         let pipeline = match &self.pipeline {
-            Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+            Some(path) => Pipeline::read(path).map_err(Failure::usage)?,
             None => Pipeline::onroad(),
         };
         Ok(Given {
@@ -160,7 +160,7 @@ impl Options {
             bikes: self.bikes.clone(),
             out: self.out.clone(),
             pipeline,
-            maps: Maps::read(&self.map).map_err(Failure::Usage)?,
+            maps: Maps::read(&self.map).map_err(Failure::usage)?,
             force: self.force,
             since: self.since,
             limits: Asked {

@@ -105,11 +105,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         None => wrong.push("give the NAME that the logs know the bike by".to_owned()),
         Some(name) => wrong.extend(bad_name(name)),
     }
-    let portrait = owner.portrait(catalogue).map_err(|e| wrong.push(e)).ok();
+    let portrait = owner.portrait(catalogue).map_err(|e| wrong.push(e.to_string())).ok();
     let (Some(portrait), Some(name), true) = (portrait, name, wrong.is_empty()) else {
         return Err(Failure::Usage(wrong.join("; ")));
     };
-    let text = text(&portrait, &name).map_err(Failure::Usage)?;
+    let text = text(&portrait, &name).map_err(Failure::usage)?;
     let path = new.out.join(format!("{name}.toml"));
     write(&path, &text, new.force)?;
     summary(&portrait, &path);
@@ -139,7 +139,7 @@ fn known(new: &New) -> (Owner, Vec<String>) {
     let schema = schema();
     let wrong = |text: &String| {
         let why = owner.set(text, schema).err()?;
-        Some(option_of(text).unwrap_or(why))
+        Some(option_of(text).unwrap_or_else(|| why.to_string()))
     };
     let wrong = new.set.iter().filter_map(wrong).collect();
     if let (Some(model), false) = (&new.model, owner.texts.contains_key("name")) {
@@ -219,10 +219,10 @@ impl Asked<'_> {
     }
 
     /// Asks until an answer is good or empty.
-    fn until<T>(
+    fn until<T, E: std::fmt::Display>(
         &mut self,
         question: &str,
-        good: impl Fn(&str) -> Result<T, String>,
+        good: impl Fn(&str) -> Result<T, E>,
     ) -> std::io::Result<Option<T>> {
         loop {
             let Some(answer) = self.line(question)?.filter(|a| !a.is_empty()) else {

@@ -67,8 +67,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         outputs.apart_from_files(arguments.map.iter().chain(&arguments.dbc))?;
     }
     log::require(&arguments.log)?;
-    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
-    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::usage)?;
     let maps = with_aids(maps, &aids);
     let mut config = ingest::Config::default();
     for (name, given, slot) in [

@@ -48,7 +48,7 @@ const SHOWN: [(Part, C, usize); 8] = [
 /// # Errors
 /// See [`Failure`].
 pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
-    let scenario = Scenario::builtin("demo").map_err(Failure::Usage)?;
+    let scenario = Scenario::builtin("demo").map_err(Failure::usage)?;
     let (archive, out) = (arguments.out.join("archive"), arguments.out.join("tables"));
     Outputs::default().folder("--out", &(&arguments.out).into())?;
     simulate::check_archive(&(&archive).into())?;

@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         outputs.apart_from_files(&arguments.bikes)?;
     }
     let models = match &arguments.model {
-        Some(at) => Some(models::read(at).map_err(Failure::Usage)?),
+        Some(at) => Some(models::read(at).map_err(Failure::usage)?),
         None => {
             if arguments.out.join("models").is_dir() {
                 let out = arguments.out.display();
@@ -98,7 +98,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         models: models.as_ref(),
     };
     let reading = Reading::of(&arguments.out).map_err(|e| Failure::Output(e.to_string()))?;
-    let written = written::write(&request).map_err(Failure::Usage)?;
+    let written = written::write(&request).map_err(Failure::usage)?;
     drop(reading);
     match &arguments.file {
         None if matches!(written, Written::Binary(_)) && std::io::stdout().is_terminal() => {

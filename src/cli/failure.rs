@@ -15,6 +15,11 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// Bad usage: what was given is wrong.
+    pub(crate) fn usage(why: impl std::fmt::Display) -> Self {
+        Failure::Usage(why.to_string())
+    }
+
     /// Exit code and message.
     pub(crate) fn parts(self) -> (u8, String) {
         let (code, message) = match self {

@@ -67,11 +67,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.bikes {
         require_folder(folder)?;
     }
-    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
-    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::usage)?;
     let maps = with_aids(maps, &aids);
     let pipeline = match &arguments.pipeline {
-        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+        Some(path) => Pipeline::read(path).map_err(Failure::usage)?,
         None => Pipeline::onroad(),
     };
     let form = match (arguments.propose, arguments.json) {
@@ -124,7 +124,7 @@ fn without_bike(folder: &Path) -> Noticed {
 
 fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {
     let path = folder.join(format!("{}.toml", meta.bike_id));
-    let bike = Bike::read(&path).map_err(|e| Failure::Usage(e.to_string()))?;
+    let bike = Bike::read(&path).map_err(Failure::usage)?;
     Ok((path, bike))
 }
 

@@ -66,11 +66,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         // a map may be mended in its place
         outputs.apart_from_files(arguments.map.iter().filter(|_| !arguments.mend))?;
     }
-    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::usage)?;
     let bike = arguments.bike.as_ref().map(|path| Bike::read(path)).transpose();
-    let bike = bike.map_err(|e| Failure::Usage(e.to_string()))?;
+    let bike = bike.map_err(Failure::usage)?;
     let radii = bike.as_ref().map(|bike| Axle::BOTH.map(|axle| bike.wheel(axle).radius));
-    let map = arguments.map.as_deref().map(ChannelMap::read).transpose().map_err(Failure::Usage)?;
+    let map = arguments.map.as_deref().map(ChannelMap::read).transpose().map_err(Failure::usage)?;
     let log = &arguments.log;
     let Some(survey) = survey(log, &aids).map_err(rejected)? else {
         let what = "is of a format whose channels cannot be listed without a channel map";

@@ -62,8 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
         outputs.apart_from_files([&arguments.motorcycle])?;
     }
-    let motorcycle =
-        Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
+    let motorcycle = Motorcycle::load(&arguments.motorcycle).map_err(Failure::usage)?;
     let (id, name) = (motorcycle.id.clone(), motorcycle.name.clone());
     let model = Model::new(motorcycle, Road::default());
     let count = ((to - from) / step).floor() as usize;

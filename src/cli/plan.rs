@@ -38,15 +38,15 @@ fn help() -> String {
 /// See [`Failure`].
 pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let pipeline = match &arguments.pipeline {
-        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+        Some(path) => Pipeline::read(path).map_err(Failure::usage)?,
         None => Pipeline::onroad(),
     };
-    let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::Usage)?;
+    let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::usage)?;
     let steps =
         Steps::begin(bar, crate::simulate::effects::ALL.len(), "effects on a simulated ride");
     let planned = ride_plan::plan(scenario, &pipeline);
     drop(steps);
-    let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::Usage)?;
+    let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::usage)?;
     if arguments.json {
         let lines = effects.iter().map(serde_json::to_string);
         for line in lines.chain(pairs.iter().map(serde_json::to_string)) {

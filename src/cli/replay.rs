@@ -91,8 +91,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     if brakings.is_empty() {
         return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }
-    let steering =
-        replay::steering(&model, session.rate).map_err(|e| Failure::Usage(e.to_string()))?;
+    let steering = replay::steering(&model, session.rate).map_err(Failure::usage)?;
     say!(
         "{:16} {:>8} {:>17} {:>8} {:>17} {:>8} {:>8}",
         "braking",
@@ -129,11 +128,10 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
 
 /// The motorcycle on its tyres and road.
 fn model(arguments: &Arguments) -> Result<Model, Failure> {
-    let mut motorcycle =
-        Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
+    let mut motorcycle = Motorcycle::load(&arguments.motorcycle).map_err(Failure::usage)?;
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
-        Some(name) => tyre_file::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
+        Some(name) => tyre_file::load(name).map(Some).map_err(Failure::usage),
     };
     if let Some([front, rear]) = motorcycle.tyres.clone() {
         let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
@@ -141,17 +139,17 @@ fn model(arguments: &Arguments) -> Result<Model, Failure> {
             motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
     }
     let road = Road { friction: arguments.friction, ..Road::default() };
-    road.check().map_err(Failure::Usage)?;
+    road.check().map_err(Failure::usage)?;
     Ok(Model::new(motorcycle, road))
 }
 
 /// The log up to its manoeuvres.
 fn session(arguments: &Arguments) -> Result<(Session, Vec<Segment>), Failure> {
-    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::usage)?;
     let pipeline = Pipeline::onroad();
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
-    let bike = Bike::read(&file).map_err(|e| Failure::Usage(e.to_string()))?;
+    let bike = Bike::read(&file).map_err(Failure::usage)?;
     let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
         .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
     let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);

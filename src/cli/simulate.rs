@@ -61,19 +61,19 @@ fn help() -> String {
 /// See [`Failure`].
 pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     check_archive(&arguments.out)?;
-    if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
+    if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::usage)? {
         refuse_tyres(&arguments)?;
         return run_motocross(&motocross, &arguments, bar);
     }
-    if let Some(track) = Track::load(&arguments.scenario).map_err(Failure::Usage)? {
+    if let Some(track) = Track::load(&arguments.scenario).map_err(Failure::usage)? {
         refuse_tyres(&arguments)?;
         return run_track(track, &arguments, bar);
     }
-    if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
+    if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::usage)? {
         return run_tour(tour, &arguments, bar);
     }
     refuse_tyres(&arguments)?;
-    let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
+    let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::usage)?;
     if let Some(bikes) = arguments.bikes {
         scenario.fleet.bikes = bikes;
     }
@@ -196,7 +196,8 @@ fn run_motocross(
         simulated / spent,
         out
     );
-    let falls: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
+    let falls: Vec<String> =
+        ridden.into_iter().filter_map(|r| r.2).map(|why| why.to_string()).collect();
     if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
 }
 
@@ -227,7 +228,8 @@ fn run_track(mut track: Track, arguments: &Arguments, bar: ProgressBar) -> Resul
     let ridden = ridden.map_err(|e| Failure::Output(e.to_string()))?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
     let spent: f64 = ridden.iter().map(|r| r.1).sum();
-    let failed: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
+    let failed: Vec<String> =
+        ridden.into_iter().filter_map(|r| r.2).map(|why| why.to_string()).collect();
     say!(
         "{}: {} sessions of {} laps, {simulated:.0} s simulated, {:.0} x real time per core, with their \
          truth, in {}",
@@ -289,7 +291,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
     let own = tour.clone();
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
-        Some(name) => tyre_file::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
+        Some(name) => tyre_file::load(name).map(Some).map_err(Failure::usage),
     };
     tour.fit(tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
     // a rider who knows the scenario's own tyres rides both: what differs is the tyre

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
         outputs.apart_from_files([&arguments.tyre].into_iter().chain(&arguments.against))?;
     }
-    let read = |name: &str| tyre_file::load(name).map_err(|e| Failure::Usage(e.to_string()));
+    let read = |name: &str| tyre_file::load(name).map_err(Failure::usage);
     let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
     if let Some(name) = arguments.against.as_deref().filter(|name| tydex::is_name(name)) {
         let (name, tyre) = (Path::new(name), tyres[0].1.as_ref());

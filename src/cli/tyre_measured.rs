@@ -27,7 +27,7 @@ pub(crate) fn against_measured(
     friction: f64,
     drawing: Option<&Location>,
 ) -> Result<(), Failure> {
-    let found = read(measured).map_err(|e| Failure::Usage(e.to_string()))?;
+    let found = read(measured).map_err(Failure::usage)?;
     for remark in &found.remarks {
         tracing::warn!("{}: {remark}", measured.display());
     }

@@ -20,6 +20,7 @@ use std::sync::OnceLock;
 use serde::Deserialize;
 
 use super::file_kind::FileKind;
+use super::key_error::KeyError;
 use super::schema::{Key, KeyTable, Removed};
 use crate::GRAVITY;
 
@@ -58,12 +59,12 @@ pub enum Error {
         message: String,
     },
     /// A key is missing, misspelt, of the wrong type or out of its physical range.
-    #[error("bike file {path}: {message}")]
+    #[error("bike file {path}: {source}")]
     Key {
         /// The file.
         path: PathBuf,
         /// Names the key.
-        message: String,
+        source: KeyError,
     },
 }
 
@@ -172,12 +173,15 @@ impl Bike {
             path: path.to_owned(),
             message: e.to_string(),
         })?;
-        let fail = |message: String| Error::Key { path: path.to_owned(), message };
+        let fail = |source: KeyError| Error::Key { path: path.to_owned(), source };
         FileKind::Bike.expect(text).map_err(fail)?;
         let mut uncertainty = match table.remove("uncertainty") {
             None => toml::Table::new(),
             Some(toml::Value::Table(t)) => t,
-            Some(_) => return Err(fail("`uncertainty` must be a table".into())),
+            Some(_) => {
+                let (path, wanted) = ("uncertainty".to_owned(), "a table".to_owned());
+                return Err(fail(KeyError::Type { path, wanted }));
+            }
         };
         let schema = schema();
         // nobody edits the files of an old archive: what changes nothing is passed by, and said
@@ -191,7 +195,7 @@ impl Bike {
         if let Some(linkage) = values.curve.get("offroad.linkage")
             && let Some(k) = linkage.windows(2).position(|w| w[1][1] <= w[0][1])
         {
-            return Err(fail(format!(
+            return Err(fail(KeyError::Values(format!(
                 "`offroad.linkage` is not monotonic: row {} says {} rad at {} m after {} rad at {} m; \
                  the swing arm must rise with the shock's travel",
                 k + 2,
@@ -199,7 +203,7 @@ impl Bike {
                 linkage[k + 1][0],
                 linkage[k][1],
                 linkage[k][0]
-            )));
+            ))));
         }
         let stands_in = values.text.contains_key(STANDS_IN_FOR);
         let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
@@ -208,10 +212,10 @@ impl Bike {
         bike.curves = values.curve;
         bike.prior = bike.priors(&schema, &values.defaulted);
         if bike.cg_to_front >= bike.wheelbase {
-            return Err(fail(format!(
+            return Err(fail(KeyError::Values(format!(
                 "`cg_to_front` = {} m lies behind the rear contact (`wheelbase` = {} m)",
                 bike.cg_to_front, bike.wheelbase
-            )));
+            ))));
         }
         Ok(bike)
     }

@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use super::key_error::KeyError;
+
 macro_rules! channels {
     ($($variant:ident = $name:literal),* $(,)?) => {
         /// One measured quantity of a session (a column of `session.v1`), in SI units.
@@ -93,12 +95,12 @@ impl Channel {
     ///
     /// # Errors
     /// A sentence with the nearest name.
-    pub fn named(name: &str) -> Result<Self, String> {
+    pub fn named(name: &str) -> Result<Self, KeyError> {
         Channel::from_name(name).ok_or_else(|| {
             let near =
                 crate::contract::schema::closest(name, Channel::ALL.iter().map(|c| c.name()));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            format!("unknown channel `{name}`{hint}")
+            KeyError::UnknownChannel { name: name.to_owned(), hint }
         })
     }
 }

@@ -2,6 +2,8 @@
 
 use toml::{Table, Value};
 
+use super::key_error::KeyError;
+
 /// A kind of TOML file that the program reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
@@ -105,15 +107,13 @@ impl FileKind {
     ///
     /// # Errors
     /// That sentence.
-    pub fn expect(self, text: &str) -> Result<(), String> {
+    pub fn expect(self, text: &str) -> Result<(), KeyError> {
         match Self::of(text) {
-            Some(kind) if kind != self => Err(format!(
-                "this is {}, and {} is wanted; {}; {}",
-                kind.name(),
-                self.name(),
-                kind.place(),
-                self.place()
-            )),
+            Some(kind) if kind != self => Err(KeyError::WrongFile {
+                found: kind.name(),
+                wanted: self.name(),
+                places: format!("{}; {}", kind.place(), self.place()),
+            }),
             _ => Ok(()),
         }
     }

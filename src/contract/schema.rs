@@ -11,6 +11,8 @@ use std::sync::OnceLock;
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef, TimeUnit};
 use serde::Deserialize;
 
+use super::key_error::KeyError;
+
 macro_rules! embed {
     ($($name:literal),* $(,)?) => {
         /// Name and schema of everything that goes in.
@@ -234,7 +236,7 @@ impl KeyTable {
         toml::from_str(text).unwrap_or_else(|e| panic!("schemas/{name}.v1.toml: {e}"))
     }
 
-    fn key(&self, path: &str) -> Result<&Key, String> {
+    fn key(&self, path: &str) -> Result<&Key, KeyError> {
         let beneath = |k: &&Key| {
             let rest = path.strip_prefix(&k.path);
             k.kind == "table" && rest.is_some_and(|r| r.starts_with('.'))
@@ -242,12 +244,11 @@ impl KeyTable {
         let exact = self.keys.iter().find(|k| k.path == path);
         exact.or_else(|| self.keys.iter().find(beneath)).ok_or_else(|| {
             let near = closest(path, self.keys.iter().map(|k| k.path.as_str()));
-            match near {
-                Some(near) => format!("unknown key `{path}`; did you mean `{near}`?"),
-                None => {
-                    format!("unknown key `{path}`; `roadbench schema {}` lists them", self.name)
-                }
-            }
+            let remedy = match near {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("`roadbench schema {}` lists them", self.name),
+            };
+            KeyError::Unknown { path: path.to_owned(), remedy }
         })
     }
 
@@ -270,7 +271,7 @@ impl KeyTable {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self, table: &toml::Table) -> Result<Values, String> {
+    pub fn check(&self, table: &toml::Table) -> Result<Values, KeyError> {
         let mut values = Values::default();
         let mut given: Vec<String> = Vec::new();
         for (path, value) in flatten(table) {
@@ -283,7 +284,7 @@ impl KeyTable {
                 _ => true,
             };
             if !fits {
-                return Err(format!("`{path}` must be a {}", key.kind));
+                return Err(KeyError::Type { path, wanted: format!("a {}", key.kind) });
             }
             if matches!(key.kind.as_str(), "table" | "list" | "bool") {
                 given.push(key.path.clone());
@@ -291,7 +292,7 @@ impl KeyTable {
             }
             if key.kind == "text" {
                 let toml::Value::String(text) = value else {
-                    return Err(format!("`{path}` must be a text, in quotes"));
+                    return Err(KeyError::Type { path, wanted: "a text, in quotes".to_owned() });
                 };
                 values.text.insert(path, text.clone());
                 continue;
@@ -305,9 +306,8 @@ impl KeyTable {
             if let Some([low, high]) = key.range
                 && !(low..=high).contains(&number)
             {
-                return Err(format!(
-                    "`{path}` = {number} {unit} is out of its physical range {low} to {high} {unit}"
-                ));
+                let out_of = format!("out of its physical range {low} to {high} {unit}");
+                return Err(KeyError::Range { path, value: number, unit: unit.to_owned(), out_of });
             }
             values.number.insert(path, number);
         }
@@ -339,7 +339,7 @@ impl KeyTable {
         }
         let keys = if missing.len() == 1 { "key" } else { "keys" };
         let hint = self.hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default();
-        Err(format!("missing {keys} {}{hint}", missing.join(", ")))
+        Err(KeyError::Missing { keys: format!("{keys} {}", missing.join(", ")), hint })
     }
 
     /// Checks the numbers of a file that its own reader takes apart: each is finite, and where there is a key of that
@@ -347,7 +347,7 @@ impl KeyTable {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check_ranges(&self, table: &toml::Table) -> Result<(), String> {
+    pub fn check_ranges(&self, table: &toml::Table) -> Result<(), KeyError> {
         refuse_infinite(table)?;
         for (path, value) in flatten(table) {
             // `*` stands for one part of a path
@@ -359,8 +359,9 @@ impl KeyTable {
             let Some((key, [low, high])) = key.and_then(|k| Some((k, k.range?))) else { continue };
             let Ok(number) = number(&path, value) else { continue }; // the reader says what it wants
             if !(low..=high).contains(&number) {
-                let unit = key.unit.as_deref().unwrap_or("1");
-                return Err(format!("`{path}` = {number} {unit} is not between {low} and {high}"));
+                let unit = key.unit.as_deref().unwrap_or("1").to_owned();
+                let out_of = format!("not between {low} and {high}");
+                return Err(KeyError::Range { path, value: number, unit, out_of });
             }
         }
         Ok(())
@@ -370,28 +371,37 @@ impl KeyTable {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check_uncertainty(&self, table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
+    pub fn check_uncertainty(
+        &self,
+        table: &toml::Table,
+    ) -> Result<BTreeMap<String, f64>, KeyError> {
+        let checked = |path: &str, value: &toml::Value| {
+            if self.key(path)?.kind != "number" {
+                return Err(KeyError::NoNumber { path: path.to_owned() });
+            }
+            let sd = number(path, value)?;
+            match sd >= 0.0 && sd.is_finite() {
+                true => Ok(sd),
+                false => Err(KeyError::Negative { path: path.to_owned(), value: sd }),
+            }
+        };
         let mut out = BTreeMap::new();
         for (path, value) in flatten(table) {
-            let key = self.key(&path).map_err(|e| format!("[uncertainty]: {e}"))?;
-            if key.kind != "number" {
-                return Err(format!("[uncertainty]: `{path}` is not a number"));
-            }
-            let sd = number(&path, value).map_err(|e| format!("[uncertainty]: {e}"))?;
-            if !(sd >= 0.0 && sd.is_finite()) {
-                return Err(format!("[uncertainty]: `{path}` = {sd} must not be negative"));
-            }
+            let sd = checked(&path, value).map_err(|e| KeyError::Uncertainty(Box::new(e)))?;
             out.insert(path, sd);
         }
         Ok(out)
     }
 }
 
-fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
+fn number(path: &str, value: &toml::Value) -> Result<f64, KeyError> {
     match value {
         toml::Value::Float(x) if x.is_finite() => Ok(*x),
         toml::Value::Integer(i) => Ok(*i as f64),
-        other => Err(format!("`{path}` must be a finite number, found {other}")),
+        other => Err(KeyError::Type {
+            path: path.to_owned(),
+            wanted: format!("a finite number, found {other}"),
+        }),
     }
 }
 
@@ -399,11 +409,11 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
 ///
 /// # Errors
 /// A sentence that names the key.
-pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
-    fn look(path: &str, value: &toml::Value) -> Result<(), String> {
+pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), KeyError> {
+    fn look(path: &str, value: &toml::Value) -> Result<(), KeyError> {
         match value {
             toml::Value::Float(x) if !x.is_finite() => {
-                Err(format!("`{path}` = {x}: it must be a finite number"))
+                Err(KeyError::Infinite { path: path.to_owned(), value: *x })
             }
             toml::Value::Array(values) => {
                 values.iter().enumerate().try_for_each(|(k, v)| look(&format!("{path}[{k}]"), v))
@@ -421,14 +431,16 @@ pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
 ///
 /// # Errors
 /// A sentence that names the key.
-pub(crate) fn refuse_infinite_in(text: &str) -> Result<(), String> {
+pub(crate) fn refuse_infinite_in(text: &str) -> Result<(), KeyError> {
     toml::from_str::<toml::Table>(text).map_or(Ok(()), |table| refuse_infinite(&table))
 }
 
 /// Reads a list of pairs whose first column increases.
-fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, String> {
-    let shape =
-        || format!("`{path}` must be a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]");
+fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, KeyError> {
+    let shape = || KeyError::Type {
+        path: path.to_owned(),
+        wanted: "a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]".to_owned(),
+    };
     let rows = value.as_array().filter(|rows| rows.len() >= 2).ok_or_else(shape)?;
     let mut out = Vec::with_capacity(rows.len());
     for (k, row) in rows.iter().enumerate() {
@@ -437,12 +449,12 @@ fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, String> {
         out.push([number(&at, &pair[0])?, number(&at, &pair[1])?]);
     }
     if let Some(k) = out.windows(2).position(|w| w[1][0] <= w[0][0]) {
-        return Err(format!(
+        return Err(KeyError::Values(format!(
             "`{path}`: its first column must increase from row to row, but row {} has {} after {}",
             k + 2,
             out[k + 1][0],
             out[k][0]
-        ));
+        )));
     }
     Ok(out)
 }

@@ -16,6 +16,7 @@ pub(crate) mod zeros;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
 use crate::tyre::formulation::Formulation;
 
 /// Settings of the stage.
@@ -58,7 +59,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("straight_rate", self.straight_rate, 1.0, 1000.0),
             ("corner_rate", self.corner_rate, 1.0, 1000.0),
@@ -68,9 +69,9 @@ impl Config {
             ("trim", self.trim, 0.0, 5.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[estimate] `{key}` = {value} is not between {low} and {high}"
-                ));
+                )));
             }
         }
         Ok(())

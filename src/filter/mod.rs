@@ -21,6 +21,7 @@ use std::ops::Range;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::contract::channel::Channel;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::closest;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
@@ -156,15 +157,17 @@ fn bands<'de, D: Deserializer<'de>>(input: D) -> Result<BTreeMap<String, Band>, 
     Ok(bands)
 }
 
-fn check_band(name: &str, band: &Band) -> Result<(), String> {
+fn check_band(name: &str, band: &Band) -> Result<(), KeyError> {
     match Channel::from_name(name) {
         None => {
             let near = closest(name, Channel::ALL.iter().map(|c| c.name()));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            return Err(format!("filter.channel: no channel `{name}`{hint}"));
+            return Err(KeyError::Values(format!("filter.channel: no channel `{name}`{hint}")));
         }
         Some(Channel::Gear) => {
-            return Err("filter.channel.gear: the gear is a label and cannot be filtered".into());
+            return Err(KeyError::Values(
+                "filter.channel.gear: the gear is a label and cannot be filtered".into(),
+            ));
         }
         Some(Channel::LapNumber) => {
             return Err(
@@ -176,15 +179,17 @@ fn check_band(name: &str, band: &Band) -> Result<(), String> {
     }
     let Band { low_cut, high_cut } = *band;
     if !(low_cut >= 0.0 && low_cut.is_finite()) {
-        return Err(format!("filter.channel.{name}: low_cut = {low_cut} must be 0 or more Hz"));
+        return Err(KeyError::Values(format!(
+            "filter.channel.{name}: low_cut = {low_cut} must be 0 or more Hz"
+        )));
     }
     match high_cut {
-        Some(high) if !(high > 0.0 && high.is_finite()) => {
-            Err(format!("filter.channel.{name}: high_cut = {high} must be a positive number of Hz"))
-        }
-        Some(high) if high <= low_cut => Err(format!(
+        Some(high) if !(high > 0.0 && high.is_finite()) => Err(KeyError::Values(format!(
+            "filter.channel.{name}: high_cut = {high} must be a positive number of Hz"
+        ))),
+        Some(high) if high <= low_cut => Err(KeyError::Values(format!(
             "filter.channel.{name}: low_cut = {low_cut} Hz must be below high_cut = {high} Hz"
-        )),
+        ))),
         _ => Ok(()),
     }
 }

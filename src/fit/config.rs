@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::coefficient::{Coefficient, Source};
+use crate::contract::key_error::KeyError;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,7 +72,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("max_relative_interval", self.max_relative_interval, 0.01, 10.0),
             ("min_manoeuvres", self.min_manoeuvres as f64, 2.0, 100.0),
@@ -79,17 +80,21 @@ impl Config {
             ("friction.velocity_error", self.friction.velocity_error, 0.0, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!("[fit] `{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "[fit] `{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         for (name, share) in &self.model_error {
             let known = Coefficient::from_name(name).filter(|c| c.spec().source == Source::OnRoad);
             if known.is_none_or(|c| c == Coefficient::CamberStiffness0) {
                 let of = "names no coefficient that is fitted by itself";
-                return Err(format!("[fit.model_error] `{name}` {of}"));
+                return Err(KeyError::Values(format!("[fit.model_error] `{name}` {of}")));
             }
             if !(0.0..=1.0).contains(share) {
-                return Err(format!("[fit.model_error] `{name}` = {share} is not between 0 and 1"));
+                return Err(KeyError::Values(format!(
+                    "[fit.model_error] `{name}` = {share} is not between 0 and 1"
+                )));
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::file_kind::FileKind;
 use crate::contract::schema::KeyTable;
 use crate::segment::laps;
@@ -73,7 +74,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn read(path: &Path) -> Result<Self, String> {
+    pub fn read(path: &Path) -> Result<Self, FileError> {
         let builtin = BUILTIN.iter().find(|(name, _)| path == Path::new(name));
         if let Some((name, _)) = builtin
             && !path.exists()
@@ -84,7 +85,8 @@ impl Pipeline {
             let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
             let word = path.to_string_lossy();
             let meant = crate::contract::schema::meant(&word, names.iter().copied());
-            format!("cannot read pipeline {word}: {e}{meant}; built in are {}", names.join(", "))
+            let remedy = format!("{meant}; built in are {}", names.join(", "));
+            FileError::Read { file: FileName::new("pipeline", word), source: e, remedy }
         })?;
         Self::parse(&text, &path.display().to_string())
     }
@@ -93,24 +95,24 @@ impl Pipeline {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let fail = |e: String| format!("pipeline {name}: {e}");
-        FileKind::Pipeline.expect(text).map_err(fail)?;
+    pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
+        let file = FileName::new("pipeline", name);
+        FileKind::Pipeline.expect(text).map_err(|e| file.wrong(e))?;
         // the text, not the settings: what it leaves out is in order
-        let mut given: toml::Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let mut given: toml::Table = toml::from_str(text).map_err(|e| file.wrong(e.to_string()))?;
         let keys = KeyTable::embedded("pipeline");
         if let Some(removed) = keys.take_removed(&mut given).first() {
-            return Err(fail(removed.message()));
+            return Err(file.wrong(removed.message()));
         }
         let pipeline: Pipeline = toml::from_str(text)
-            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
-        keys.check_ranges(&given).map_err(fail)?;
-        pipeline.estimate.check().map_err(fail)?;
-        pipeline.fit.check().map_err(fail)?;
-        pipeline.in_gear.check().map_err(fail)?;
-        pipeline.laps.check().map_err(fail)?;
+            .map_err(|e| file.wrong(crate::contract::schema::with_hint(&e.to_string())))?;
+        keys.check_ranges(&given).map_err(|e| file.wrong(e))?;
+        pipeline.estimate.check().map_err(|e| file.wrong(e))?;
+        pipeline.fit.check().map_err(|e| file.wrong(e))?;
+        pipeline.in_gear.check().map_err(|e| file.wrong(e))?;
+        pipeline.laps.check().map_err(|e| file.wrong(e))?;
         if let Some(offroad) = &pipeline.offroad {
-            offroad.check().map_err(fail)?;
+            offroad.check().map_err(|e| file.wrong(e))?;
         }
         Ok(pipeline)
     }

@@ -204,13 +204,12 @@ pub(crate) fn offroad_forces(
     config: &offroad::Config,
 ) -> Result<OffroadForces, Rejection> {
     let mut warnings = filter::run(&mut session, &pipeline.filter);
-    let (estimate, noticed) =
-        offroad::run(&session, bike, config).map_err(|message| Rejection {
-            stage: Stage::Estimate,
-            code: RejectionCode::BadBikeFile,
-            message,
-            limits: None,
-        })?;
+    let (estimate, noticed) = offroad::run(&session, bike, config).map_err(|e| Rejection {
+        stage: Stage::Estimate,
+        code: RejectionCode::BadBikeFile,
+        message: e.to_string(),
+        limits: None,
+    })?;
     warnings.extend(noticed);
     let tyres = &estimate.riders[0].tyres;
     let kinematics = &estimate.kinematics;

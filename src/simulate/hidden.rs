@@ -11,6 +11,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::ingest::write_session;
 use crate::simulate::effects::{ALL, Effect, ModelError};
+use crate::simulate::error::Error;
 use crate::statistics::random::Random;
 use crate::store::tables::file;
 
@@ -104,7 +105,7 @@ impl Case {
     }
 
     /// The motorcycle of the case: its bike file says the truth but for what is hidden.
-    pub fn machine(&self) -> Result<(Scenario, Machine), String> {
+    pub fn machine(&self) -> Result<(Scenario, Machine), Error> {
         let mut scenario = Scenario::builtin(self.plan)?.certain();
         scenario.seed = scenario.seed.wrapping_add(self.seed);
         let named = ["acceleration_x", "acceleration_y", "yaw_rate"];
@@ -131,7 +132,7 @@ impl Case {
     ///
     /// # Errors
     /// The built-in scenario does not load (a defect that a test would find).
-    pub fn ride(&self) -> Result<(Session, Machine), String> {
+    pub fn ride(&self) -> Result<(Session, Machine), Error> {
         let (scenario, machine) = self.machine()?;
         let mut session = super::session(&scenario, &machine, self.number).session;
         self.distort(&mut session);
@@ -149,7 +150,7 @@ impl Case {
     ///
     /// # Errors
     /// The files cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(PathBuf, PathBuf), String> {
+    pub fn write(&self, folder: &Path) -> Result<(PathBuf, PathBuf), Error> {
         let (session, machine) = self.ride()?;
         files(folder, &session, &machine.bike)
     }
@@ -160,11 +161,11 @@ pub(super) fn files(
     folder: &Path,
     session: &Session,
     bike: &Bike,
-) -> Result<(PathBuf, PathBuf), String> {
+) -> Result<(PathBuf, PathBuf), Error> {
     let log = folder.join("sessions").join(format!("{}.parquet", session.meta.session_id));
     let path = folder.join("bikes").join(format!("{}.toml", bike.bike_id));
-    write_session(&log, session, false).map_err(|e| e.to_string())?;
-    file::write_bytes(&path, bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
+    write_session(&log, session, false).map_err(|e| Error::Ride(e.to_string()))?;
+    file::write_bytes(&path, bike.to_toml().as_bytes()).map_err(|e| Error::Ride(e.to_string()))?;
     Ok((log, path))
 }
 

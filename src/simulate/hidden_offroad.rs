@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::motocross::scenario::{Legs, Motocross, VerticalMotion};
 use super::motocross::{self};
 use crate::ingest::write_session;
+use crate::simulate::error::Error;
 use crate::statistics::random::Random;
 use crate::store::tables::file;
 
@@ -63,9 +64,10 @@ impl OffroadCase {
     ///
     /// # Errors
     /// The rider fell, or the files cannot be written.
-    pub fn write(&self, folder: &Path, duration: f64) -> Result<(PathBuf, PathBuf), String> {
-        let mut scenario =
-            Motocross::load("motocross")?.ok_or("the built-in motocross scenario is not there")?;
+    pub fn write(&self, folder: &Path, duration: f64) -> Result<(PathBuf, PathBuf), Error> {
+        let mut scenario = Motocross::load("motocross")?.ok_or_else(|| {
+            Error::Ride("the built-in motocross scenario is not there".to_owned())
+        })?;
         scenario.duration = duration;
         scenario.seed = self.seed + 1000 * self.number as u64;
         let effects = &mut scenario.effects;
@@ -90,12 +92,13 @@ impl OffroadCase {
         }
         let ridden = motocross::ride(&scenario, 0);
         if let Some(fall) = ridden.fall {
-            return Err(fall);
+            return Err(Error::Ride(fall));
         }
         let log = folder.join(format!("{}.parquet", ridden.session.meta.session_id));
         let bike = folder.join(format!("{}.toml", scenario.bike.bike_id));
-        write_session(&log, &ridden.session, false).map_err(|e| e.to_string())?;
-        file::write_bytes(&bike, scenario.bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
+        write_session(&log, &ridden.session, false).map_err(|e| Error::Ride(e.to_string()))?;
+        file::write_bytes(&bike, scenario.bike.to_toml().as_bytes())
+            .map_err(|e| Error::Ride(e.to_string()))?;
         Ok((log, bike))
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
 use super::plan::{Phase, Plan};
+use crate::contract::key_error::KeyError;
 use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
@@ -212,11 +213,11 @@ impl Manoeuvre {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         let within = |name: &str, x: f64, low: f64, high: f64| {
             let ok = (low..=high).contains(&x);
             let fail = || format!("manoeuvre: `{name}` = {x} is not between {low} and {high}");
-            if ok { Ok(()) } else { Err(fail()) }
+            if ok { Ok(()) } else { Err(KeyError::Values(fail())) }
         };
         let speed = |name: &str, x: f64| within(name, x, 0.0, 90.0);
         match *self {

@@ -14,6 +14,7 @@ pub(crate) mod bench_points;
 pub(crate) mod builtin;
 pub(crate) mod compare;
 pub(crate) mod effects;
+pub(crate) mod error;
 #[cfg(feature = "internals")]
 pub(crate) mod hidden;
 #[cfg(feature = "internals")]

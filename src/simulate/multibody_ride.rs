@@ -23,6 +23,7 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
+use crate::simulate::error::Error;
 use crate::simulate::multibody::{Model, Motorcycle, Road, description};
 use crate::tyre::custom::Custom;
 use crate::tyre::tyre_model::TyreModel;
@@ -45,7 +46,7 @@ pub fn session(
     scenario: &Scenario,
     machine: &Machine,
     number: usize,
-) -> Result<(MultibodyRide, Bike), String> {
+) -> Result<(MultibodyRide, Bike), Error> {
     let tour = tour(scenario, machine, number)?;
     let ridden = ridden(&tour, number)?;
     Ok((ridden, tour.bike))
@@ -56,10 +57,10 @@ pub fn session(
 /// # Errors
 /// The machine cannot be ridden straight on; a sentence that says why.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, String> {
+pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, Error> {
     let usual = tour.model.clone().with(&ModelError::default());
     let skill = Skill::learn(&usual, ride::period(tour.rate))
-        .map_err(|e| format!("{}: {e}", tour.bike.bike_id))?;
+        .map_err(|e| Error::Ride(format!("{}: {e}", tour.bike.bike_id)))?;
     Ok(ride::ride(tour, &skill, number))
 }
 
@@ -68,7 +69,7 @@ pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, String> {
 /// # Errors
 /// The machine cannot stand.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tour, String> {
+pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tour, Error> {
     let motorcycle = motorcycle(&machine.plant)?;
     let mut bike = machine.bike.clone();
     bike = bike.with("trail", motorcycle.trail());
@@ -156,7 +157,7 @@ pub fn static_loads(plant: &Plant) -> [f64; 2] {
 /// # Errors
 /// It cannot stand; a sentence that says why.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
+pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, Error> {
     let load = static_loads(plant);
     let tyre = |k: usize| {
         let custom = Box::new(Custom::new(plant.tyres[k], load[k]));
@@ -173,12 +174,14 @@ pub(crate) fn construct(
     plant: &Plant,
     build: &Build,
     tyres: [Box<dyn TyreModel>; 2],
-) -> Result<Motorcycle, String> {
+) -> Result<Motorcycle, Error> {
     let name = build.bodies;
     let text = description::BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text);
-    let mut table: toml::Table =
-        text.unwrap_or_default().parse().map_err(|e: toml::de::Error| e.to_string())?;
-    let given = Motorcycle::load(name).map_err(|e| e.to_string())?;
+    let mut table: toml::Table = text
+        .unwrap_or_default()
+        .parse()
+        .map_err(|e: toml::de::Error| Error::Ride(e.to_string()))?;
+    let given = Motorcycle::load(name).map_err(|e| Error::Ride(e.to_string()))?;
     // the front end moves with the wheelbase
     let longer = plant.wheelbase - given.wheelbase();
     let ground = plant.wheelbase + build.trail.unwrap_or_else(|| given.trail());
@@ -215,7 +218,8 @@ pub(crate) fn construct(
         put(&mut table, key, *value);
     }
     let parse = |table: &toml::Table| {
-        Motorcycle::parse(&table.to_string(), name, Path::new(name)).map_err(|e| e.to_string())
+        Motorcycle::parse(&table.to_string(), name, Path::new(name))
+            .map_err(|e| Error::Ride(e.to_string()))
     };
     // the frame carries what is missing to the whole, where it is missing
     let m = parse(&table)?;

@@ -17,7 +17,9 @@ use super::sensors::Sensors;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::file_kind::FileKind;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::closest;
 use crate::contract::schema::refuse_infinite_in;
 use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
@@ -141,9 +143,9 @@ impl Scenario {
     ///
     /// # Errors
     /// There is none of that name, or it does not load (a defect that a test would find).
-    pub fn builtin(name: &str) -> Result<Self, String> {
+    pub fn builtin(name: &str) -> Result<Self, FileError> {
         let found = BUILTIN.iter().find(|(n, _)| *n == name);
-        let (_, text) = found.ok_or_else(|| builtin::unknown(name))?;
+        let (_, text) = found.ok_or_else(|| FileError::Unknown(builtin::unknown(name)))?;
         Self::parse(text, name)
     }
 
@@ -151,13 +153,13 @@ impl Scenario {
     ///
     /// # Errors
     /// The file cannot be read, or a key is wrong; the message names both.
-    pub fn load(name_or_path: &str) -> Result<Self, String> {
+    pub fn load(name_or_path: &str) -> Result<Self, FileError> {
         let path = Path::new(name_or_path);
         if BUILTIN.iter().any(|(n, _)| *n == name_or_path) || !path.exists() {
             return Self::builtin(name_or_path);
         }
         let text =
-            read_text(path).map_err(|e| format!("cannot read scenario {}: {e}", path.display()))?;
+            read_text(path).map_err(|e| FileName::new("scenario", path.display()).unread(e))?;
         Self::parse(&text, name_or_path)
     }
 
@@ -165,55 +167,59 @@ impl Scenario {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn parse(text: &str, source: &str) -> Result<Self, String> {
-        let fail = |message: String| format!("scenario {source}: {message}");
-        FileKind::Scenario.expect(text).map_err(fail)?;
-        refuse_infinite_in(text).map_err(fail)?;
-        let file: File = toml::from_str(text)
-            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
-        if !(10.0..=1000.0).contains(&file.rate) {
-            return Err(fail(format!("`rate` = {} Hz is not between 10 and 1000", file.rate)));
+    pub fn parse(text: &str, source: &str) -> Result<Self, FileError> {
+        let file = FileName::new("scenario", source);
+        FileKind::Scenario.expect(text).map_err(|e| file.wrong(e))?;
+        refuse_infinite_in(text).map_err(|e| file.wrong(e))?;
+        let given: File = toml::from_str(text)
+            .map_err(|e| file.wrong(crate::contract::schema::with_hint(&e.to_string())))?;
+        if !(10.0..=1000.0).contains(&given.rate) {
+            return Err(
+                file.wrong(format!("`rate` = {} Hz is not between 10 and 1000", given.rate))
+            );
         }
-        if file.plans.is_empty() {
-            return Err(fail("`plans` is empty".into()));
+        if given.plans.is_empty() {
+            return Err(file.wrong("`plans` is empty"));
         }
-        let channel = |name: &String| Channel::named(name).map_err(fail);
-        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
-        for name in file.sensors.keys() {
+        let channel = |name: &String| Channel::named(name).map_err(|e| file.wrong(e));
+        let drop = given.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in given.sensors.keys() {
             channel(name)?;
         }
-        let bike = Bike::parse(&file.bike.to_string(), &file.name, Path::new(source))
-            .map_err(|e| e.to_string())?;
-        let truth = truth_values(&file.truth).map_err(fail)?;
-        for key in file.spread.keys() {
+        let bike = Bike::parse(&given.bike.to_string(), &given.name, Path::new(source))
+            .map_err(|e| file.wrong(e))?;
+        let truth = truth_values(&given.truth).map_err(|e| file.wrong(e))?;
+        for key in given.spread.keys() {
             let known = match key.strip_prefix("truth.") {
                 Some(key) => truth.contains_key(key),
                 None => bike.value(key).is_some(),
             };
             if !known {
-                return Err(fail(format!("[spread]: `{key}` is neither a bike key nor `truth.*`")));
+                return Err(
+                    file.wrong(format!("[spread]: `{key}` is neither a bike key nor `truth.*`"))
+                );
             }
         }
         let mut model_error = ModelError::default();
-        for (name, value) in &file.effects {
-            let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
+        for (name, value) in &given.effects {
+            let effect = Effect::named(name).map_err(|e| file.wrong(format!("[effects]: {e}")))?;
             (effect.set)(&mut model_error, *value);
         }
         Ok(Scenario {
             model_error,
-            name: file.name,
-            description: file.description,
-            seed: file.seed,
-            rate: file.rate,
-            float32: file.float32,
+            name: given.name,
+            description: given.description,
+            seed: given.seed,
+            rate: given.rate,
+            float32: given.float32,
             drop,
-            plans: file.plans,
-            fleet: file.fleet,
-            disturbance: file.disturbance,
-            sensors: file.sensors,
+            plans: given.plans,
+            fleet: given.fleet,
+            disturbance: given.disturbance,
+            sensors: given.sensors,
             bike,
             truth,
-            spread: file.spread,
+            spread: given.spread,
         })
     }
 
@@ -264,14 +270,14 @@ fn legible(value: f64) -> f64 {
     (value * unit).round() / unit
 }
 
-fn truth_values(table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
+fn truth_values(table: &toml::Table) -> Result<BTreeMap<String, f64>, KeyError> {
     let mut values: BTreeMap<String, f64> =
         TRUTH.iter().map(|(key, default, _)| ((*key).to_owned(), *default)).collect();
     let mut put = |key: String, value: &toml::Value| {
         let number = match value {
             toml::Value::Float(x) => *x,
             toml::Value::Integer(i) => *i as f64,
-            _ => return Err(format!("[truth]: `{key}` must be a number")),
+            _ => return Err(KeyError::Values(format!("[truth]: `{key}` must be a number"))),
         };
         match values.get_mut(&key) {
             Some(slot) => {
@@ -281,7 +287,7 @@ fn truth_values(table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
             None => {
                 let near = closest(&key, TRUTH.iter().map(|(k, _, _)| *k));
                 let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-                Err(format!("[truth]: unknown key `{key}`{hint}"))
+                Err(KeyError::Values(format!("[truth]: unknown key `{key}`{hint}")))
             }
         }
     };

@@ -21,6 +21,7 @@ use super::rider::Disturbance;
 use super::sensors::Sensors;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::schema::{KeyTable, refuse_infinite};
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::tyre_file;
@@ -100,7 +101,7 @@ impl Tour {
     ///
     /// # Errors
     /// A sentence that names file and key.
-    pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
+    pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "motorcycle");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
     }
@@ -109,23 +110,24 @@ impl Tour {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
-        let fail = |message: String| format!("scenario {}: {message}", path.display());
-        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| fail(e.to_string()))?;
-        refuse_infinite(&table).map_err(fail)?;
-        let values = KeyTable::embedded("ride").check(&table).map_err(fail)?;
+    pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
+        let file = FileName::new("scenario", path.display());
+        let table: toml::Table =
+            text.parse().map_err(|e: toml::de::Error| file.wrong(e.to_string()))?;
+        refuse_infinite(&table).map_err(|e| file.wrong(e))?;
+        let values = KeyTable::embedded("ride").check(&table).map_err(|e| file.wrong(e))?;
         let number = |key: &str| values.number.get(key).copied().unwrap_or(f64::NAN);
-        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-        if file.manoeuvres.is_empty() {
-            return Err(fail("`manoeuvres` is empty".into()));
+        let given: File = toml::from_str(text).map_err(|e| file.wrong(e.to_string()))?;
+        if given.manoeuvres.is_empty() {
+            return Err(file.wrong("`manoeuvres` is empty"));
         }
-        for manoeuvre in &file.manoeuvres {
-            manoeuvre.check().map_err(fail)?;
+        for manoeuvre in &given.manoeuvres {
+            manoeuvre.check().map_err(|e| file.wrong(e))?;
         }
-        file.road.check().map_err(fail)?;
-        let channel = |name: &String| Channel::named(name).map_err(fail);
-        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
-        for name in file.sensors.keys() {
+        given.road.check().map_err(|e| file.wrong(e))?;
+        let channel = |name: &String| Channel::named(name).map_err(|e| file.wrong(e));
+        let drop = given.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in given.sensors.keys() {
             channel(name)?;
         }
         let beside = |name: &str| {
@@ -133,36 +135,38 @@ impl Tour {
             if near.is_file() { near.to_string_lossy().into_owned() } else { name.to_owned() }
         };
         let mut motorcycle =
-            Motorcycle::load(&beside(&file.motorcycle)).map_err(|e| fail(e.to_string()))?;
+            Motorcycle::load(&beside(&given.motorcycle)).map_err(|e| file.wrong(e.to_string()))?;
         let tyre = |name: &Option<String>| match name {
             None => Ok(None),
-            Some(name) => tyre_file::load(&beside(name)).map(Some).map_err(|e| fail(e.to_string())),
+            Some(name) => {
+                tyre_file::load(&beside(name)).map(Some).map_err(|e| file.wrong(e.to_string()))
+            }
         };
-        let (front, rear) = (tyre(&file.front_tyre)?, tyre(&file.rear_tyre)?);
+        let (front, rear) = (tyre(&given.front_tyre)?, tyre(&given.rear_tyre)?);
         let Some(own) = motorcycle.tyres.clone() else {
-            return Err(fail(format!("motorcycle `{}` has no tyres", motorcycle.id)));
+            return Err(file.wrong(format!("motorcycle `{}` has no tyres", motorcycle.id)));
         };
         let [own_front, own_rear] = own;
         motorcycle = motorcycle.with_tyres(front.unwrap_or(own_front), rear.unwrap_or(own_rear));
-        let bike = believed(&motorcycle, &file.belief).map_err(fail)?;
+        let bike = believed(&motorcycle, &given.belief).map_err(|e| file.wrong(e))?;
         Ok(Tour {
-            name: file.name,
-            description: file.description,
+            name: given.name,
+            description: given.description,
             seed: number("seed") as u64,
             rate: number("rate"),
             step: number("step"),
-            float32: file.float32,
+            float32: given.float32,
             drop,
             sessions: number("sessions") as usize,
             start_speed: number("start_speed"),
-            manoeuvres: file.manoeuvres,
-            wind: file.wind,
-            sensors: file.sensors,
-            imu: file.imu,
+            manoeuvres: given.manoeuvres,
+            wind: given.wind,
+            sensors: given.sensors,
+            imu: given.imu,
             model_error: ModelError::default(),
             disturbance: Disturbance::default(),
             bike,
-            model: Model::new(motorcycle, file.road),
+            model: Model::new(motorcycle, given.road),
         })
     }
 }
@@ -178,7 +182,10 @@ impl Tour {
 }
 
 /// The bike file of a motorcycle: what can be weighed and measured of it, and `[belief]`.
-pub(super) fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, String> {
+pub(super) fn believed(
+    motorcycle: &Motorcycle,
+    belief: &toml::Table,
+) -> Result<Bike, crate::contract::bike::Error> {
     let m = motorcycle;
     let centre = m.centre();
     let mut table = toml::Table::new();
@@ -209,7 +216,7 @@ pub(super) fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<
     }
     table.insert("brakes".into(), toml::Value::Table(brakes));
     merge(&mut table, belief);
-    Bike::parse(&table.to_string(), &m.id, Path::new("[belief]")).map_err(|e| e.to_string())
+    Bike::parse(&table.to_string(), &m.id, Path::new("[belief]"))
 }
 
 /// Lays one table over another.

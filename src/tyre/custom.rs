@@ -7,6 +7,7 @@ use super::tyre::{Input, Output, Stiffness, Tyre, slip_stiffness_under};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel, USUAL_SHARE};
 use crate::contract::bike::{USUAL_SLIP_STIFFNESS_LOAD, WheelData};
 use crate::contract::coefficient::Coefficient as C;
+use crate::contract::key_error::KeyError;
 
 /// The paper's tyre (eqs. 1-22) and what a simulator needs beside it.
 ///
@@ -74,8 +75,10 @@ impl Custom {
         load: f64,
         rolling_resistance: f64,
         friction: f64,
-    ) -> Result<Self, String> {
-        let get = |c: C| value(c).ok_or_else(|| format!("a tyre to simulate needs `{c}`"));
+    ) -> Result<Self, KeyError> {
+        let get = |c: C| {
+            value(c).ok_or_else(|| KeyError::Values(format!("a tyre to simulate needs `{c}`")))
+        };
         let curve = MagicFormula {
             b: get(C::MfB)?,
             c: get(C::MfC)?,

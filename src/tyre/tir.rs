@@ -16,6 +16,7 @@ use super::mf_62::Mf62;
 use super::mf_mc::MfMc;
 use super::published;
 use super::tyre_model::TyreModel;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::{closest, meant};
 
 /// What can be wrong with a tyre file.
@@ -150,7 +151,7 @@ pub(crate) fn keys(text: &str, path: &Path) -> Result<Keys, Error> {
         if let Some(text) = value.strip_prefix(['\'', '"']) {
             let text = text.trim_end_matches(['\'', '"']).trim();
             if section == "UNITS" {
-                check_unit(&key, text).map_err(fail)?;
+                check_unit(&key, text).map_err(|e| fail(e.to_string()))?;
             }
             keys.texts.insert(key, text.to_owned());
             continue;
@@ -183,7 +184,7 @@ fn bare(line: &str) -> &str {
 }
 
 /// Property files of Magic Formula tyres are in SI units; anything else is refused.
-fn check_unit(quantity: &str, unit: &str) -> Result<(), String> {
+fn check_unit(quantity: &str, unit: &str) -> Result<(), KeyError> {
     let si: &[&str] = match quantity {
         "LENGTH" => &["meter", "m", "metre"],
         "FORCE" => &["newton", "n"],
@@ -196,7 +197,10 @@ fn check_unit(quantity: &str, unit: &str) -> Result<(), String> {
     if si.iter().any(|s| s.eq_ignore_ascii_case(unit)) {
         return Ok(());
     }
-    Err(format!("{quantity} in `{unit}`: only {} is read; convert the file to SI units", si[0]))
+    Err(KeyError::Values(format!(
+        "{quantity} in `{unit}`: only {} is read; convert the file to SI units",
+        si[0]
+    )))
 }
 
 #[cfg(test)]

@@ -335,7 +335,7 @@ impl Driver {
 pub(crate) fn resolved(pipeline: &Pipeline) -> Result<String, Error> {
     let fail = |e: String| Error::Internal(format!("pipeline {}: {e}", pipeline.name));
     let text = toml::to_string(pipeline).map_err(|e| fail(e.to_string()))?;
-    let back = Pipeline::parse(&text, &pipeline.name).map_err(fail)?;
+    let back = Pipeline::parse(&text, &pipeline.name).map_err(|e| fail(e.to_string()))?;
     if back == *pipeline { Ok(text) } else { Err(fail("its text says something else".into())) }
 }
 
@@ -361,8 +361,9 @@ impl Worker {
                 terms.version
             )));
         }
-        let pipeline = Pipeline::parse(&terms.pipeline, "driver").map_err(Error::Internal)?;
-        let maps = Maps::parse(&terms.maps).map_err(Error::Internal)?;
+        let pipeline = Pipeline::parse(&terms.pipeline, "driver")
+            .map_err(|e| Error::Internal(e.to_string()))?;
+        let maps = Maps::parse(&terms.maps).map_err(|e| Error::Internal(e.to_string()))?;
         let mut bikes = BTreeMap::new();
         for (id, BikeText { text, pipeline_hash }) in &terms.bikes {
             let bike =

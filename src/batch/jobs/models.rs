@@ -5,7 +5,9 @@ use std::io::ErrorKind;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
+use crate::batch::error::Error;
 use crate::batch::store::reading::Reading;
+use crate::contract::file_error::FileError;
 use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::simulate::effects::models::Models;
 use crate::simulate::effects::pooled_effects;
@@ -21,28 +23,28 @@ const TOML: &str = ".toml";
 ///
 /// # Errors
 /// A sentence that names the file and the key, or says that there is no model.
-pub fn read(at: &Location) -> Result<Models, String> {
-    let fail = |e: std::io::Error| format!("--model {at}: {e}");
+pub fn read(at: &Location) -> Result<Models, Error> {
+    let fail = |e: std::io::Error| Error::Usage(format!("--model {at}: {e}"));
     if at.file_name() == pooled_effects::FILE {
         let why = "is what sessions share, not a session's model; give the folder that it is in";
-        return Err(format!("--model {at}: this {why}"));
+        return Err(Error::Usage(format!("--model {at}: this {why}")));
     }
     if at.is_folder().map_err(fail)? {
         return of_folder(at);
     }
-    let text = text(at).map_err(|e| format!("--model {e}"))?;
-    ExtendedModel::parse(&text, &at.to_string()).map(Models::of_one)
+    let text = text(at).map_err(|e| Error::Usage(format!("--model {e}")))?;
+    ExtendedModel::parse(&text, &at.to_string()).map(Models::of_one).map_err(usage)
 }
 
 /// Of the output of a diagnosis or its folder of models.
-fn of_folder(given: &Location) -> Result<Models, String> {
-    let fail = |e: std::io::Error| format!("--model {given}: {e}");
+fn of_folder(given: &Location) -> Result<Models, Error> {
+    let fail = |e: std::io::Error| Error::Usage(format!("--model {given}: {e}"));
     let below = given.join(FOLDER);
     let out = given.as_path().map(|path| match path.file_name().is_some_and(|n| n == FOLDER) {
         true => path.parent().unwrap_or(path),
         false => path,
     });
-    let _reading = out.map(Reading::of).transpose().map_err(|e| e.to_string())?;
+    let _reading = out.map(Reading::of).transpose()?;
     let folder = if below.is_folder().map_err(fail)? { below } else { given.clone() };
     let names = names(&folder).map_err(fail)?;
     let of_sessions: Vec<&String> = names.iter().filter(|name| is_model(name)).collect();
@@ -54,23 +56,23 @@ fn of_folder(given: &Location) -> Result<Models, String> {
                       DIR, which is what to give"
                 .to_owned(),
         };
-        return Err(format!("--model {given}: {why}"));
+        return Err(Error::Usage(format!("--model {given}: {why}")));
     }
     let models: Vec<ExtendedModel> = of_sessions
         .par_iter()
         .map(|name| {
             let at = folder.join(name);
-            ExtendedModel::parse(&text(&at)?, &at.to_string())
+            ExtendedModel::parse(&text(&at)?, &at.to_string()).map_err(usage)
         })
-        .collect::<Result<_, String>>()?;
+        .collect::<Result<_, Error>>()?;
     let shared = match has_shared {
         false => PooledEffects::default(),
         true => {
             let at = folder.join(pooled_effects::FILE);
-            PooledEffects::parse(&text(&at)?, &at.to_string())?
+            PooledEffects::parse(&text(&at)?, &at.to_string()).map_err(usage)?
         }
     };
-    Models::of_many(models, &shared).map_err(|e| format!("--model {folder}: {e}"))
+    Models::of_many(models, &shared).map_err(|e| Error::Usage(format!("--model {folder}: {e}")))
 }
 
 /// The files of a folder and of the folders in it, in order. A local folder that is no diagnosis may be
@@ -97,10 +99,14 @@ fn is_model(name: &str) -> bool {
     parts.is_some_and(|(_, file)| file.ends_with(TOML) && !file.contains('/'))
 }
 
-fn text(at: &Location) -> Result<String, String> {
+fn text(at: &Location) -> Result<String, Error> {
     let bytes = at.read().map_err(|e| match e.kind() {
-        ErrorKind::NotFound => format!("{at}: file not found"),
-        _ => format!("{at}: {e}"),
+        ErrorKind::NotFound => Error::Usage(format!("{at}: file not found")),
+        _ => Error::Usage(format!("{at}: {e}")),
     })?;
-    String::from_utf8(bytes).map_err(|_| format!("{at}: it is not UTF-8 text"))
+    String::from_utf8(bytes).map_err(|_| Error::Usage(format!("{at}: it is not UTF-8 text")))
+}
+
+fn usage(e: FileError) -> Error {
+    Error::Usage(e.to_string())
 }

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::advice::{ALIKE, Advice};
 use super::session::{Fitted, fitted};
+use crate::contract::file_error::{FileError, FileName};
 use crate::pipeline::Pipeline;
 use crate::simulate;
 use crate::simulate::effects::ALL;
@@ -67,7 +68,7 @@ pub struct AlikePair {
 ///
 /// # Errors
 /// A sentence: there is no such scenario, or another simulator rides it.
-pub fn scenario(name_or_path: &str) -> Result<Scenario, String> {
+pub fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
     let others = [
         Motocross::load(name_or_path)?.is_some(),
         Track::load(name_or_path)?.is_some(),
@@ -75,10 +76,11 @@ pub fn scenario(name_or_path: &str) -> Result<Scenario, String> {
     ];
     if others.contains(&true) {
         let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
-        return Err(format!(
-            "scenario {name_or_path}: a plan is for rides of the reduced-order motorcycle, such as {}",
+        let why = format!(
+            "a plan is for rides of the reduced-order motorcycle, such as {}",
             names.join(", ")
-        ));
+        );
+        return Err(FileName::new("scenario", name_or_path).wrong(why));
     }
     Scenario::load(name_or_path)
 }
@@ -87,11 +89,11 @@ pub fn scenario(name_or_path: &str) -> Result<Scenario, String> {
 ///
 /// # Errors
 /// Its ride does not hold what a diagnosis needs.
-pub fn plan(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, String> {
+pub fn plan(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileError> {
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;
     let fitted = fitted(&session, &machine.bike, pipeline)
-        .map_err(|why| format!("scenario {}: {}", scenario.name, why.message))?;
+        .map_err(|why| FileName::new("scenario", &scenario.name).wrong(why.message))?;
     let Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, pipeline);
     Ok(RidePlan {

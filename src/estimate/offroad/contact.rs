@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::kinematics::Kinematics;
 use crate::GRAVITY;
+use crate::contract::key_error::KeyError;
 use crate::tyre::offroad::machine::Machine;
 
 /// Settings of the detection.
@@ -53,7 +54,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("off_force", self.off_force, 0.0, 5000.0),
             ("on_force", self.on_force, self.off_force, 5000.0),
@@ -63,9 +64,9 @@ impl Config {
             ("fade", self.fade, 0.0, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[offroad.contact] `{key}` = {value} is not between {low} and {high}"
-                ));
+                )));
             }
         }
         Ok(())

@@ -27,6 +27,7 @@ pub(crate) mod weights;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::bike::Bike;
+use crate::contract::key_error::KeyError;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 
@@ -90,7 +91,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("signals_rate", self.signals_rate, 1.0, 1e5),
             ("max_lag", self.max_lag, 0.0, 1.0),
@@ -98,14 +99,18 @@ impl Config {
             ("solve.dead_band", self.solve.dead_band, 0.0, 1000.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!("[offroad] `{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "[offroad] `{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         let mut seen = self.riders.clone();
         seen.sort_unstable();
         seen.dedup();
         if seen.is_empty() || seen.len() != self.riders.len() {
-            return Err("[offroad] `riders` must name each rider once, and one at least".to_owned());
+            return Err(KeyError::Values(
+                "[offroad] `riders` must name each rider once, and one at least".to_owned(),
+            ));
         }
         self.contact.check()?;
         self.rider.check()
@@ -147,7 +152,7 @@ pub fn run(
     session: &Session,
     bike: &Bike,
     config: &Config,
-) -> Result<(Estimate, Vec<Warning>), String> {
+) -> Result<(Estimate, Vec<Warning>), KeyError> {
     let mut machine = Machine::new(bike)?;
     machine.chain = lever(machine.chain, config.chain);
     let (kinematics, mut warnings) = Kinematics::new(session, &machine);
@@ -191,7 +196,7 @@ fn rider_forces(
     contact: &Contact,
     config: &Config,
     warnings: &mut Vec<Warning>,
-) -> Result<Vec<(Rider, Forces)>, String> {
+) -> Result<Vec<(Rider, Forces)>, KeyError> {
     let p = machine.equations.p;
     let base = Base {
         rate: kinematics.rate,
@@ -207,8 +212,10 @@ fn rider_forces(
         match rider::forces(rider, body, p.peg, p.bar, &base, &config.rider) {
             Ok(forces) => ridden.push((rider, forces)),
             // without the first one there is nothing to make coefficients from
-            Err(message) if ridden.is_empty() => return Err(message),
-            Err(message) => warnings.push(warning("rider_left_out", 1, None, message)),
+            Err(message) if ridden.is_empty() => {
+                return Err(message);
+            }
+            Err(message) => warnings.push(warning("rider_left_out", 1, None, message.to_string())),
         }
     }
     for (rider, forces) in &ridden {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
+
 /// Settings of the in-gear fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -50,7 +52,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("min_speed", self.min_speed, 3.0, 40.0),
             ("max_lean", self.max_lean, 0.05, 1.2),
@@ -63,7 +65,9 @@ impl Config {
             ("peak_friction_uncertainty", self.peak_friction_uncertainty, 0.01, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!("[in_gear] `{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "[in_gear] `{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         Ok(())

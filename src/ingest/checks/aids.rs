@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::contract::file_error::{FileError, FileName};
+
 /// CAN databases; a channel map or the command line names them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Aids {
@@ -16,9 +18,9 @@ impl Aids {
     ///
     /// # Errors
     /// A sentence that names the file.
-    pub fn read(dbc: &[PathBuf]) -> Result<Self, String> {
+    pub fn read(dbc: &[PathBuf]) -> Result<Self, FileError> {
         let names = dbc.iter().map(|path| path.display().to_string()).collect();
-        let dbc = dbc.iter().map(|path| read_dbc(path)).collect::<Result<_, String>>()?;
+        let dbc = dbc.iter().map(|path| read_dbc(path)).collect::<Result<_, FileError>>()?;
         Ok(Aids { dbc, names })
     }
 }
@@ -27,9 +29,8 @@ impl Aids {
 ///
 /// # Errors
 /// A sentence that names the file.
-pub(crate) fn read_dbc(path: &Path) -> Result<String, String> {
-    let bytes =
-        std::fs::read(path).map_err(|e| format!("cannot read DBC {}: {e}", path.display()))?;
+pub(crate) fn read_dbc(path: &Path) -> Result<String, FileError> {
+    let bytes = std::fs::read(path).map_err(|e| FileName::new("DBC", path.display()).unread(e))?;
     Ok(match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(e) => e.into_bytes().into_iter().map(char::from).collect(),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
 use crate::contract::rejection::RejectionCode;
 
 /// What a finding does to the log.
@@ -174,24 +175,24 @@ impl Switches {
 }
 
 impl TryFrom<BTreeMap<String, Effect>> for Switches {
-    type Error = String;
+    type Error = KeyError;
 
-    fn try_from(given: BTreeMap<String, Effect>) -> Result<Self, String> {
+    fn try_from(given: BTreeMap<String, Effect>) -> Result<Self, KeyError> {
         let mut switches = BTreeMap::new();
         for (code, effect) in given {
             let Some(check) = CHECKS.iter().find(|c| c.code.as_str() == code) else {
                 let codes: Vec<&str> = CHECKS.iter().map(|c| c.code.as_str()).collect();
                 let meant = crate::contract::schema::meant(&code, codes.iter().copied());
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[ingest.check]: there is no check `{code}`{meant}; the checks are {}",
                     codes.join(", ")
-                ));
+                )));
             };
             if effect == Effect::LeaveOut && check.effect != Effect::LeaveOut {
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[ingest.check]: `{code}` is not about one channel that could be left out; \
                      it can be \"reject\", \"warn\" or \"off\""
-                ));
+                )));
             }
             switches.insert(check.code, effect);
         }

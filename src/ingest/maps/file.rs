@@ -7,7 +7,9 @@ use std::sync::OnceLock;
 use serde::Deserialize;
 
 use crate::contract::channel::Channel;
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::file_kind::FileKind;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::ingest::checks::aids::{Aids, read_dbc};
@@ -124,58 +126,59 @@ struct FileEntry {
 }
 
 /// Checks a map's text; `name` is for messages.
-fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
-    let fail = |message: String| format!("channel map {name}: {message}");
-    FileKind::ChannelMap.expect(text).map_err(fail)?;
-    schema::refuse_infinite_in(text).map_err(fail)?;
-    let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-    let Some(log_format) = FORMATS.iter().find(|r| r.name == file.format) else {
+fn parse(text: &str, name: &str) -> Result<ChannelMap, FileError> {
+    let file = FileName::new("channel map", name);
+    FileKind::ChannelMap.expect(text).map_err(|e| file.wrong(e))?;
+    schema::refuse_infinite_in(text).map_err(|e| file.wrong(e))?;
+    let given: File = toml::from_str(text).map_err(|e| file.wrong(e.to_string()))?;
+    let Some(log_format) = FORMATS.iter().find(|r| r.name == given.format) else {
         let formats: Vec<&str> = FORMATS.iter().map(|r| r.name).collect();
-        let message = format!("unknown format `{}`; known are {}", file.format, formats.join(", "));
-        return Err(fail(message));
+        let message =
+            format!("unknown format `{}`; known are {}", given.format, formats.join(", "));
+        return Err(file.wrong(message));
     };
-    if !(file.csv.delimiter.is_ascii() && matches!(file.csv.decimal, '.' | ',')) {
-        return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
+    if !(given.csv.delimiter.is_ascii() && matches!(given.csv.decimal, '.' | ',')) {
+        return Err(file.wrong("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`"));
     }
-    if file.csv.units_row > file.csv.rows_after_header {
-        return Err(fail("`csv.units_row` must be one of the `csv.rows_after_header`".into()));
+    if given.csv.units_row > given.csv.rows_after_header {
+        return Err(file.wrong("`csv.units_row` must be one of the `csv.rows_after_header`"));
     }
-    let time = time_source(file.time, log_format).map_err(fail)?;
+    let time = time_source(given.time, log_format).map_err(|e| file.wrong(e))?;
     let mut entries = Vec::new();
-    for (column, entry) in file.channel {
-        let channel = channel_named(&column).map_err(fail)?;
+    for (column, entry) in given.channel {
+        let channel = channel_named(&column).map_err(|e| file.wrong(e))?;
         let entry =
-            entry_of(channel, entry).map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
+            entry_of(channel, entry).map_err(|e| file.wrong(format!("[channel.{column}]: {e}")))?;
         entries.push(entry);
     }
     entries.sort_by_key(|e| e.channel);
-    let dbc = file.dbc.all();
+    let dbc = given.dbc.all();
     Ok(ChannelMap {
-        name: file.name,
-        format: file.format,
-        csv: file.csv,
-        detect: file.detect.columns,
+        name: given.name,
+        format: given.format,
+        csv: given.csv,
+        detect: given.detect.columns,
         meta: Meta {
             session_id: String::new(),
-            bike_id: file.meta.bike_id.unwrap_or_default(),
+            bike_id: given.meta.bike_id.unwrap_or_default(),
             start_time: None,
-            tyre_front: file.meta.tyre_front,
-            tyre_rear: file.meta.tyre_rear,
-            site: file.meta.site,
-            rider_id: file.meta.rider_id,
+            tyre_front: given.meta.tyre_front,
+            tyre_rear: given.meta.tyre_rear,
+            site: given.meta.site,
+            rider_id: given.meta.rider_id,
         },
         time,
-        euler_yaw: file.yaw_convention == YawConvention::Euler,
-        imu: checked_imu(file.imu).map_err(fail)?,
-        optional: file.optional,
+        euler_yaw: given.yaw_convention == YawConvention::Euler,
+        imu: checked_imu(given.imu).map_err(|e| file.wrong(e))?,
+        optional: given.optional,
         entries,
-        aids: Aids { dbc: file.dbc_text, names: dbc.clone() },
+        aids: Aids { dbc: given.dbc_text, names: dbc.clone() },
         dbc,
         text: text.to_owned(),
     })
 }
 
-fn checked_imu(imu: Imu) -> Result<Imu, String> {
+fn checked_imu(imu: Imu) -> Result<Imu, KeyError> {
     let far = imu.arm.is_some_and(|arm| arm.iter().any(|x| x.is_nan() || x.abs() > 3.0));
     if far {
         return Err("`imu.arm` must be three lengths of at most 3 m".into());
@@ -189,23 +192,27 @@ fn checked_imu(imu: Imu) -> Result<Imu, String> {
     Ok(imu)
 }
 
-fn channel_named(column: &str) -> Result<Channel, String> {
+fn channel_named(column: &str) -> Result<Channel, KeyError> {
     Channel::from_name(column).ok_or_else(|| {
         let names = Channel::ALL.iter().map(|c| c.name());
         match schema::closest(column, names) {
-            Some(near) => format!("unknown column `{column}`; did you mean `{near}`?"),
-            None => format!("unknown column `{column}`; `roadbench schema session` lists them"),
+            Some(near) => format!("unknown column `{column}`; did you mean `{near}`?").into(),
+            None => {
+                format!("unknown column `{column}`; `roadbench schema session` lists them").into()
+            }
         }
     })
 }
 
-fn time_source(time: Option<FileTime>, log_format: &LogFormat) -> Result<TimeSource, String> {
+fn time_source(time: Option<FileTime>, log_format: &LogFormat) -> Result<TimeSource, KeyError> {
     let time = match (time, log_format.own_clock) {
         (None, true) => return Ok(TimeSource::Own),
         (None, false) => return Err("missing `[time]`; give `column` and `unit`, or `rate`".into()),
         (Some(_), true) => {
             let format = log_format.name;
-            return Err(format!("a {format} log brings its own clocks; take `[time]` out"));
+            return Err(KeyError::Values(format!(
+                "a {format} log brings its own clocks; take `[time]` out"
+            )));
         }
         (Some(time), false) => time,
     };
@@ -214,16 +221,19 @@ fn time_source(time: Option<FileTime>, log_format: &LogFormat) -> Result<TimeSou
             let (_, own) = units::of_name(&name);
             let own = own.filter(|unit| units::dimension(unit) == Some("time"));
             let unit = time.unit.as_deref().or(own).unwrap_or("s");
-            let c = units::conversion(unit, "s").map_err(|e| format!("[time]: {e}"))?;
+            let c = units::conversion(unit, "s")
+                .map_err(|e| KeyError::Values(format!("[time]: {e}")))?;
             Ok(TimeSource::Column { name, factor: c.factor, epoch: time.epoch })
         }
         (None, Some(rate)) if rate > 0.0 && rate.is_finite() => Ok(TimeSource::Rate(rate)),
-        (None, Some(rate)) => Err(format!("`time.rate` = {rate} Hz must be positive")),
+        (None, Some(rate)) => {
+            Err(KeyError::Values(format!("`time.rate` = {rate} Hz must be positive")))
+        }
         _ => Err("`[time]` needs either `column` or `rate`".into()),
     }
 }
 
-fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
+fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, KeyError> {
     let from = match entry.from {
         toml::Value::String(name) => vec![name],
         toml::Value::Array(names) if !names.is_empty() => names
@@ -239,12 +249,14 @@ fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
     let unit = entry.unit.unwrap_or_else(|| usual.to_owned());
     let (sign, delay) = (entry.sign.unwrap_or(1.0), entry.delay.unwrap_or(0.0));
     if sign.abs() != 1.0 {
-        return Err(format!("`sign` = {sign} must be 1 or -1"));
+        return Err(KeyError::Values(format!("`sign` = {sign} must be 1 or -1")));
     }
     for (key, value) in [("radius", entry.radius), ("ratio", entry.ratio)] {
         let Some(value) = value else { continue };
         if si != "rad/s" || !(value > 0.0 && value.is_finite()) {
-            return Err(format!("`{key}` must be positive, and is for wheel speeds only"));
+            return Err(KeyError::Values(format!(
+                "`{key}` must be positive, and is for wheel speeds only"
+            )));
         }
     }
     if let Some(sd) = entry.radius_sd
@@ -283,7 +295,7 @@ impl ChannelMap {
     ///
     /// # Errors
     /// As [`ChannelMap::read`], for the first that cannot be read.
-    pub fn read_all(paths: &[PathBuf]) -> Result<Vec<Self>, String> {
+    pub fn read_all(paths: &[PathBuf]) -> Result<Vec<Self>, FileError> {
         paths.iter().map(|path| Self::read(path)).collect()
     }
 
@@ -291,7 +303,7 @@ impl ChannelMap {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn read(path: &Path) -> Result<Self, String> {
+    pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(&Self::text_of(path)?, &path.display().to_string())
     }
 
@@ -300,9 +312,9 @@ impl ChannelMap {
     ///
     /// # Errors
     /// A sentence that names the file.
-    pub fn text_of(path: &Path) -> Result<String, String> {
+    pub fn text_of(path: &Path) -> Result<String, FileError> {
         let name = path.display().to_string();
-        let text = read_text(path).map_err(|e| format!("cannot read channel map {name}: {e}"))?;
+        let text = read_text(path).map_err(|e| FileName::new("channel map", &name).unread(e))?;
         let map = Self::parse(&text, &name)?;
         if map.dbc.is_empty() {
             return Ok(text);
@@ -312,8 +324,8 @@ impl ChannelMap {
             .dbc
             .iter()
             .map(|file| read_dbc(&folder.join(file)).map(toml::Value::String))
-            .collect::<Result<Vec<_>, String>>()
-            .map_err(|e| format!("channel map {name}: {e}"))?;
+            .collect::<Result<Vec<_>, FileError>>()
+            .map_err(|e| FileName::new("channel map", &name).wrong(e))?;
         // in front, where it belongs to no table
         Ok(format!("dbc_text = {}\n{text}", toml::Value::Array(texts)))
     }
@@ -322,7 +334,7 @@ impl ChannelMap {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
+    pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
         parse(text, name)
     }
 }
@@ -374,7 +386,7 @@ mod tests {
     const BASE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 't'\nunit = 'ms'\n";
 
     fn parse(more: &str) -> Result<ChannelMap, String> {
-        ChannelMap::parse(&format!("{BASE}{more}"), "m.toml")
+        ChannelMap::parse(&format!("{BASE}{more}"), "m.toml").map_err(String::from)
     }
 
     fn column(name: &str, time: &Arc<Vec<f64>>, values: &[f64]) -> Column {

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use crate::contract::channel::Channel;
+use crate::contract::key_error::KeyError;
 use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
 use crate::contract::session::Meta;
@@ -260,7 +261,7 @@ impl Entry {
     ///
     /// # Errors
     /// The unit is unknown or of another dimension.
-    pub fn converted(&self, unit: &str) -> Result<Conversion, String> {
+    pub fn converted(&self, unit: &str) -> Result<Conversion, KeyError> {
         let si = si_unit(self.channel);
         // a surface speed in m/s over the radius is the spin in rad/s
         let target = if self.radius.is_some() { "m/s" } else { si };
@@ -273,7 +274,7 @@ impl Entry {
     }
 
     /// Sets `to_si` from everything else.
-    pub(crate) fn convert(&mut self) -> Result<(), String> {
+    pub(crate) fn convert(&mut self) -> Result<(), KeyError> {
         self.to_si = self.converted(&self.unit)?;
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Units of recorded channels and how they become the contract's.
 
+use crate::contract::key_error::KeyError;
+
 /// One unit: a value `x` in it is `x * factor + offset` in its dimension's base unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Unit {
@@ -106,20 +108,21 @@ impl Conversion {
 ///
 /// # Errors
 /// A sentence that names the unit and lists those that would do.
-pub(crate) fn conversion(from: &str, to: &str) -> Result<Conversion, String> {
+pub(crate) fn conversion(from: &str, to: &str) -> Result<Conversion, KeyError> {
     if from == to {
         return Ok(Conversion::IDENTITY);
     }
-    let target = lookup(to).ok_or_else(|| format!("unknown unit `{to}`"))?;
-    let source = lookup(from)
-        .ok_or_else(|| format!("unknown unit `{from}`; known are {}", known(target.dimension)))?;
+    let target = lookup(to).ok_or_else(|| KeyError::Values(format!("unknown unit `{to}`")))?;
+    let source = lookup(from).ok_or_else(|| {
+        KeyError::Values(format!("unknown unit `{from}`; known are {}", known(target.dimension)))
+    })?;
     if source.dimension != target.dimension {
-        return Err(format!(
+        return Err(KeyError::Values(format!(
             "unit `{from}` measures {}, not {}; known are {}",
             source.dimension,
             target.dimension,
             known(target.dimension)
-        ));
+        )));
     }
     Ok(Conversion {
         factor: source.factor / target.factor,

@@ -4,6 +4,9 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
+
+use crate::contract::key_error::KeyError;
+
 const TEXT: &str = include_str!("../../../pipelines/bikes/catalogue.toml");
 
 /// What is usual: mean and standard deviation over a class, and the source in words.
@@ -179,11 +182,11 @@ impl Catalogue {
     ///
     /// # Errors
     /// There is none; a sentence that lists them.
-    pub fn class(&self, name: &str) -> Result<&Class, String> {
+    pub fn class(&self, name: &str) -> Result<&Class, KeyError> {
         let same = |c: &&Class| plain(&c.name) == plain(name);
         self.classes.iter().find(same).ok_or_else(|| {
             let names: Vec<&str> = self.classes.iter().map(|c| c.name.as_str()).collect();
-            format!("there is no class `{name}`; there are {}", names.join(", "))
+            format!("there is no class `{name}`; there are {}", names.join(", ")).into()
         })
     }
 

@@ -8,6 +8,7 @@ use super::classes::{Catalogue, Cost};
 use super::numbers::Number;
 use super::owner::Portrait;
 use crate::contract::bike::{Bike, schema};
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::{Key, KeyTable};
 
 /// Changes of a coefficient below this are not said, %.
@@ -19,7 +20,7 @@ const LINE: usize = 110;
 ///
 /// # Errors
 /// A number is out of its physical range; a sentence that names the key.
-pub fn text(portrait: &Portrait, bike_id: &str) -> Result<String, String> {
+pub fn text(portrait: &Portrait, bike_id: &str) -> Result<String, KeyError> {
     let schema = schema();
     let mut out = head(portrait);
     let name = portrait.texts.get("name").cloned();
@@ -48,7 +49,8 @@ pub fn text(portrait: &Portrait, bike_id: &str) -> Result<String, String> {
     for n in portrait.numbers.iter().filter(|n| n.known.sd > 0.0) {
         let _ = writeln!(out, "\"{}\" = {}", n.key, rounded(n.known.sd, n.known.sd));
     }
-    Bike::parse(&out, bike_id, Path::new(&format!("{bike_id}.toml"))).map_err(|e| e.to_string())?;
+    Bike::parse(&out, bike_id, Path::new(&format!("{bike_id}.toml")))
+        .map_err(|e| KeyError::Values(e.to_string()))?;
     Ok(out)
 }
 

@@ -3,6 +3,7 @@
 
 use super::numbers::Known;
 use crate::GRAVITY;
+use crate::contract::key_error::KeyError;
 
 /// A reading of a bathroom or luggage scale under a wheel, standard deviation, kg.
 pub(crate) const SCALE_SD: f64 = 0.7;
@@ -20,9 +21,14 @@ const WHEEL_SD: f64 = 0.1;
 ///
 /// # Errors
 /// A load is not positive.
-pub(crate) fn two_scales([front, rear]: [f64; 2], wheelbase: Known) -> Result<[Known; 2], String> {
+pub(crate) fn two_scales(
+    [front, rear]: [f64; 2],
+    wheelbase: Known,
+) -> Result<[Known; 2], KeyError> {
     if !(front > 0.0 && rear > 0.0 && front.is_finite() && rear.is_finite()) {
-        return Err(format!("loads of the wheels must be positive, in kg: {front}, {rear}"));
+        return Err(KeyError::Values(format!(
+            "loads of the wheels must be positive, in kg: {front}, {rear}"
+        )));
     }
     let mass = front + rear;
     let share = rear / mass;
@@ -49,17 +55,19 @@ pub(crate) fn lifted_axle(
     mass: Known,
     wheelbase: Known,
     radius: Known,
-) -> Result<Known, String> {
+) -> Result<Known, KeyError> {
     let l = wheelbase.value;
     if !(lift > 0.02 && lift < 0.9 * l) {
-        return Err(format!("the axle was lifted by {lift} m: give 0.02 m to 0.9 wheelbases"));
+        return Err(KeyError::Values(format!(
+            "the axle was lifted by {lift} m: give 0.02 m to 0.9 wheelbases"
+        )));
     }
     let change = loads[1] - loads[0];
     if !(change > 0.0 && change.is_finite()) {
         let [before, after] = loads;
-        return Err(format!(
+        return Err(KeyError::Values(format!(
             "with the rear axle lifted the front scale shows more: {before} kg, then {after} kg"
-        ));
+        )));
     }
     let tangent = lift / (l * l - lift * lift).sqrt();
     let above = change * l / (mass.value * tangent);
@@ -80,15 +88,15 @@ pub(crate) fn lifted_axle(
 ///
 /// # Errors
 /// No wheel swings so.
-pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, String> {
+pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, KeyError> {
     let of = |mass: f64, arm: f64, period: f64| {
         mass * arm * (GRAVITY * (period / std::f64::consts::TAU).powi(2) - arm)
     };
     let value = of(mass, arm, period);
     if !(mass > 0.0 && arm > 0.0 && period > 0.0 && value > 0.0 && value < mass) {
-        return Err(format!(
+        return Err(KeyError::Values(format!(
             "no wheel of {mass} kg swings {arm} m from its axle with a period of {period} s"
-        ));
+        )));
     }
     let moved = [
         of(mass + WHEEL_SD, arm, period),

@@ -8,6 +8,7 @@ use super::numbers::{Known, Number, Origin};
 use super::tyre_size::TyreSize;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::{KeyTable, meant};
 
 /// Share of the deflection by which a tyre rolls shorter, as the bike file's schema says.
@@ -67,15 +68,17 @@ impl Owner {
     ///
     /// # Errors
     /// There is no such key, or no number; a sentence.
-    pub fn set(&mut self, text: &str, schema: &KeyTable) -> Result<(), String> {
+    pub fn set(&mut self, text: &str, schema: &KeyTable) -> Result<(), KeyError> {
         let split = text.split_once('=').map(|(k, v)| (k.trim(), v.trim()));
         let Some((path, value)) = split.filter(|(_, v)| !v.is_empty()) else {
-            return Err(format!("`{text}`: write key=value or key=value+-deviation"));
+            return Err(KeyError::Values(format!(
+                "`{text}`: write key=value or key=value+-deviation"
+            )));
         };
         let numeric = |kind: &str| kind == "number" || kind == "text";
         let Some(key) = schema.keys.iter().find(|k| k.path == path && numeric(&k.kind)) else {
             let near = meant(path, schema.keys.iter().map(|k| k.path.as_str()));
-            return Err(format!("unknown key `{path}`{near}"));
+            return Err(KeyError::Values(format!("unknown key `{path}`{near}")));
         };
         if key.kind == "text" {
             self.texts.insert(path.to_owned(), value.trim_matches('"').to_owned());
@@ -87,19 +90,21 @@ impl Owner {
         };
         let parse = |text: &str| {
             let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| format!("`{path}`: `{text}` is no number"))
+            number.ok_or_else(|| KeyError::Values(format!("`{path}`: `{text}` is no number")))
         };
         let value = parse(number)?;
         let unit = key.unit.as_deref().unwrap_or("1");
         if let Some([low, high]) = key.range.filter(|[low, high]| !(*low..=*high).contains(&value))
         {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "`{path}` = {value} {unit} is not between {low} and {high} {unit}"
-            ));
+            )));
         }
         let sd = sd.map(parse).transpose()?;
         if sd.is_some_and(|sd| sd < 0.0) {
-            return Err(format!("`{path}`: a standard deviation is not negative"));
+            return Err(KeyError::Values(format!(
+                "`{path}`: a standard deviation is not negative"
+            )));
         }
         self.measured.insert(path.to_owned(), Measured { value, sd });
         Ok(())
@@ -109,11 +114,11 @@ impl Owner {
     ///
     /// # Errors
     /// All that is missing or wrong, in one message.
-    pub fn portrait(&self, catalogue: &'static Catalogue) -> Result<Portrait, String> {
+    pub fn portrait(&self, catalogue: &'static Catalogue) -> Result<Portrait, KeyError> {
         let mut wrong = Vec::new();
         let model = self.model.as_deref().and_then(|name| catalogue.model(name));
         let class = match (&self.class, model) {
-            (Some(name), _) => catalogue.class(name).map_err(|e| wrong.push(e)).ok(),
+            (Some(name), _) => catalogue.class(name).map_err(|e| wrong.push(e.to_string())).ok(),
             (None, Some(model)) => catalogue.class(&model.class).ok(),
             (None, None) => {
                 let names: Vec<&str> = catalogue.classes.iter().map(|c| c.name.as_str()).collect();
@@ -147,7 +152,7 @@ impl Owner {
         }
         let (Some(class), [Some(front), Some(rear)], true) = (class, sizes, wrong.is_empty())
         else {
-            return Err(wrong.join("; "));
+            return Err(wrong.join("; ").into());
         };
         let sizes_said = [0, 1].map(|k| self.sizes[k].is_some() || model.is_some());
         let sizes = [front, rear];
@@ -204,7 +209,7 @@ impl Draft<'_> {
     }
 
     /// Masses and lengths.
-    fn whole(&mut self, sizes: &[TyreSize; 2]) -> Result<(), String> {
+    fn whole(&mut self, sizes: &[TyreSize; 2]) -> Result<(), KeyError> {
         let (class, sheet, model) = (self.class, &self.catalogue.data_sheet, self.model);
         let length = self.owner.measured.get("wheelbase").map(|m| m.value);
         let length = length.or(model.map(|m| m.wheelbase)).unwrap_or(class.wheelbase.mean);
@@ -274,7 +279,7 @@ impl Draft<'_> {
     }
 
     /// What follows from the tyres' sizes, and the wheels.
-    fn wheels(&mut self, sizes: &[TyreSize; 2], said: [bool; 2]) -> Result<(), String> {
+    fn wheels(&mut self, sizes: &[TyreSize; 2], said: [bool; 2]) -> Result<(), KeyError> {
         let of = &self.catalogue.tyre_size;
         let behind = self.value("cg_to_front") / self.value("wheelbase");
         let weight = self.value("mass") * GRAVITY;

@@ -10,6 +10,8 @@
 //! Sources: designations of the ETRTO standards manual (tyres of motorcycles and cycles); heights of inch and cycle
 //! sizes are design values, those of a maker differ by some percent.
 
+use crate::contract::key_error::KeyError;
+
 /// Metres in an inch.
 const INCH: f64 = 0.0254;
 /// Height over width of inch sizes that are printed with tenths (2.60, 3.10, 3.60, 4.10, 4.60, 5.10).
@@ -41,9 +43,10 @@ impl TyreSize {
     ///
     /// # Errors
     /// A sentence with the forms that are read.
-    pub fn parse(printed: &str) -> Result<Self, String> {
+    pub fn parse(printed: &str) -> Result<Self, KeyError> {
         let text = printed.trim().to_uppercase().replace('×', "X").replace(',', ".");
-        let fail = || format!("`{}` is no tyre size such as {FORMS}", printed.trim());
+        let fail =
+            || KeyError::Values(format!("`{}` is no tyre size such as {FORMS}", printed.trim()));
         let (first, rest) = number(&text).ok_or_else(fail)?;
         let rest = rest.trim_start();
         let found = if let Some(rest) = rest.strip_prefix('/') {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
+
 /// Settings of the laps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -39,7 +41,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("shortest_lap", self.shortest_lap, 100.0, 100_000.0),
             ("half_width", self.half_width, 3.0, 100.0),
@@ -47,14 +49,16 @@ impl Config {
             ("position_error", self.position_error, 0.01, 50.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!("[laps] `{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "[laps] `{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         for [latitude, longitude] in self.line.iter().flatten() {
             if !(latitude.abs() <= 90.0 && longitude.abs() <= 180.0) {
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[laps] `line`: [{latitude}, {longitude}] is no latitude and longitude in degrees"
-                ));
+                )));
             }
         }
         Ok(())

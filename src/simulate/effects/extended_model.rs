@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::remove::remove;
 use super::{Effect, ModelError};
 use crate::contract::bike::Bike;
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::file_kind::FileKind;
 use crate::contract::schema::with_hint;
 use crate::contract::session::Session;
@@ -72,9 +73,8 @@ impl ExtendedModel {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let text =
-            read_text(path).map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let text = read_text(path).map_err(|e| FileName::new("model", path.display()).unread(e))?;
         Self::parse(&text, &path.display().to_string())
     }
 
@@ -82,16 +82,16 @@ impl ExtendedModel {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let fail = |e: String| format!("model {name}: {e}");
-        FileKind::Model.expect(text).map_err(fail)?;
+    pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
+        let file = FileName::new("model", name);
+        FileKind::Model.expect(text).map_err(|e| file.wrong(e))?;
         let model: ExtendedModel =
-            toml::from_str(text).map_err(|e| fail(with_hint(&e.to_string())))?;
+            toml::from_str(text).map_err(|e| file.wrong(with_hint(&e.to_string())))?;
         for (name, found) in &model.effects {
-            let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
+            let effect = Effect::named(name).map_err(|e| file.wrong(format!("[effects]: {e}")))?;
             effect
                 .check_size(found.value)
-                .map_err(|e| fail(format!("effects.{name}.value: {e}")))?;
+                .map_err(|e| file.wrong(format!("effects.{name}.value: {e}")))?;
         }
         Ok(model)
     }

@@ -9,6 +9,7 @@
 use std::ops::Deref;
 
 use crate::contract::bike::Axle;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::closest;
 use crate::contract::session::Session;
 use model_error::{Step, compose, effects};
@@ -132,11 +133,11 @@ impl Effect {
     ///
     /// # Errors
     /// A sentence with the nearest name.
-    pub fn named(name: &str) -> Result<&'static Effect, String> {
+    pub fn named(name: &str) -> Result<&'static Effect, KeyError> {
         ALL.iter().find(|e| e.name == name).ok_or_else(|| {
             let near = closest(name, ALL.iter().map(|e| e.name));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            format!("no effect is called `{name}`{hint}")
+            KeyError::Values(format!("no effect is called `{name}`{hint}"))
         })
     }
 
@@ -149,11 +150,14 @@ impl Effect {
     ///
     /// # Errors
     /// It is not physically plausible; the sentence has the bounds.
-    pub fn check_size(&self, size: f64) -> Result<(), String> {
+    pub fn check_size(&self, size: f64) -> Result<(), KeyError> {
         let [low, high] = self.bounds;
         match self.in_bounds(size) {
             true => Ok(()),
-            false => Err(format!("{size} {} is not between {low} and {high}", self.unit)),
+            false => Err(KeyError::Values(format!(
+                "{size} {} is not between {low} and {high}",
+                self.unit
+            ))),
         }
     }
 

@@ -11,6 +11,7 @@ use super::pooled_effects::PooledEffects;
 use super::remove::remove;
 use super::{ALL, Effect, Level, ModelError, Who};
 use crate::contract::bike::Bike;
+use crate::contract::key_error::KeyError;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 
@@ -93,14 +94,16 @@ impl Models {
     pub fn of_many(
         models: impl IntoIterator<Item = ExtendedModel>,
         shared: &PooledEffects,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, KeyError> {
         let mut own: BTreeMap<String, BTreeMap<_, _>> = BTreeMap::new();
         for model in models {
             let sizes = sizes(&model);
             let ExtendedModel { session_id, bike_id, .. } = model;
             let sessions = own.entry(bike_id).or_default();
             if sessions.insert(session_id.clone(), sizes).is_some() {
-                return Err(format!("session `{session_id}` has two models; remove one"));
+                return Err(KeyError::Values(format!(
+                    "session `{session_id}` has two models; remove one"
+                )));
             }
         }
         let share = |one: &super::pooled_effects::PooledEffect| Shared {

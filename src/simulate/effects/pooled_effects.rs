@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{Effect, Level};
+use crate::contract::file_error::{FileError, FileName};
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::with_hint;
 
 /// Name of the file, in the folder of the extended models. Those lie a folder deeper, whatever a session
@@ -56,23 +58,23 @@ impl PooledEffects {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let fail = |e: String| format!("pooled effects {name}: {e}");
+    pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
+        let file = FileName::new("pooled effects", name);
         let all: PooledEffects =
-            toml::from_str(text).map_err(|e| fail(with_hint(&e.to_string())))?;
+            toml::from_str(text).map_err(|e| file.wrong(with_hint(&e.to_string())))?;
         let mut levels: BTreeMap<&str, (Level, Vec<&str>)> = BTreeMap::new();
         for (i, one) in all.pooled.iter().enumerate() {
-            one.check().map_err(|(key, e)| fail(format!("pooled[{i}].{key}: {e}")))?;
+            one.check().map_err(|(key, e)| file.wrong(format!("pooled[{i}].{key}: {e}")))?;
             let (level, groups) = levels.entry(&one.effect).or_insert((one.level, Vec::new()));
             // else two sizes would be meant for one session
             if *level != one.level {
                 let (a, b) = (level.name(), one.level.name());
                 let why = format!("{} is pooled by {a} and by {b}; choose one", one.effect);
-                return Err(fail(format!("pooled[{i}].level: {why}")));
+                return Err(file.wrong(format!("pooled[{i}].level: {why}")));
             }
             if groups.contains(&one.group.as_str()) {
                 let why = format!("{} is there twice for this group", one.effect);
-                return Err(fail(format!("pooled[{i}].group: {why}")));
+                return Err(file.wrong(format!("pooled[{i}].group: {why}")));
             }
             groups.push(&one.group);
         }
@@ -85,16 +87,16 @@ impl PooledEffect {
     ///
     /// # Errors
     /// The key and what is wrong with it.
-    fn check(&self) -> Result<(), (&'static str, String)> {
+    fn check(&self) -> Result<(), (&'static str, KeyError)> {
         let effect = Effect::named(&self.effect).map_err(|e| ("effect", e))?;
         effect.check_size(self.value).map_err(|e| ("value", e))?;
         match (self.level, self.group.is_empty()) {
             (Level::Session, _) => {
                 let why = "sessions share nothing at this level; write fleet, bike, site or night";
-                Err(("level", why.to_owned()))
+                Err(("level", why.into()))
             }
-            (Level::Fleet, false) => Err(("group", "the fleet has no groups".to_owned())),
-            (Level::Bike, true) => Err(("group", "the motorcycle's id is missing".to_owned())),
+            (Level::Fleet, false) => Err(("group", "the fleet has no groups".into())),
+            (Level::Bike, true) => Err(("group", "the motorcycle's id is missing".into())),
             _ => Ok(()),
         }
     }

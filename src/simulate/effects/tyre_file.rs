@@ -20,6 +20,7 @@ use super::extended_tyre::ExtendedTyre;
 use super::{Effect, ModelError};
 use crate::contract::bike::Axle;
 use crate::contract::file_kind::FileKind;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::{refuse_infinite, with_hint};
 use crate::store::objects::files::read_text;
 use crate::tyre::custom::Custom;
@@ -42,16 +43,17 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
         return tir::load(name_or_path);
     }
     let text = read_text(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-    parse(&text).map_err(|message| Error::Key { path: path.to_owned(), message })
+    parse(&text).map_err(|e| Error::Key { path: path.to_owned(), message: e.to_string() })
 }
 
 /// The tyre of a `.toml` file's text.
 ///
 /// # Errors
 /// Names the key.
-pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, String> {
+pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, KeyError> {
     FileKind::Tyre.expect(text)?;
-    let mut table: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
+    let mut table: toml::Table =
+        text.parse().map_err(|e: toml::de::Error| KeyError::Values(e.to_string()))?;
     refuse_infinite(&table)?;
     let (effects, crown) = (table.remove(EFFECTS), table.remove(CROWN));
     if effects.is_none() && crown.is_none() {
@@ -65,13 +67,15 @@ pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, String> {
         None => 1.0,
         Some(toml::Value::Float(ratio)) if (0.1..=10.0).contains(&ratio) => ratio,
         Some(other) => {
-            return Err(format!("{CROWN} = {other} must be a decimal number, 0.1 to 10"));
+            return Err(KeyError::Values(format!(
+                "{CROWN} = {other} must be a decimal number, 0.1 to 10"
+            )));
         }
     };
     let Some(axle) = Axle::BOTH.into_iter().find(|axle| error.of_tyre(*axle) == error) else {
-        return Err(
-            "[effects]: a tyre has the side-force ratio of one end; remove the other".into()
-        );
+        return Err(KeyError::Values(
+            "[effects]: a tyre has the side-force ratio of one end; remove the other".into(),
+        ));
     };
     Ok(extended(custom, &error, axle, crown))
 }
@@ -89,13 +93,13 @@ pub fn extended(
 }
 
 /// The effects of a table.
-fn sizes(table: toml::Value) -> Result<ModelError, String> {
-    let fail = |e: String| format!("[{EFFECTS}]: {e}");
+fn sizes(table: toml::Value) -> Result<ModelError, KeyError> {
+    let fail = |e: String| KeyError::Values(format!("[{EFFECTS}]: {e}"));
     let sizes = BTreeMap::<String, f64>::deserialize(table)
         .map_err(|e| fail(format!("{}; write name = size", e.message())))?;
     let mut error = ModelError::default();
     for (name, size) in sizes {
-        let effect = Effect::named(&name).map_err(fail)?;
+        let effect = Effect::named(&name).map_err(|e| fail(e.to_string()))?;
         if effect.tyres.is_empty() {
             let enters = effect.enters;
             return Err(fail(format!("`{name}` is no tyre's ({enters}); remove it")));

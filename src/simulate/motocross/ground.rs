@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
+use crate::contract::key_error::KeyError;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 
@@ -66,7 +67,7 @@ impl Part {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         let mut rows = vec![("speed", self.speed(), 1.0, 60.0)];
         match *self {
             Part::Straight { length, .. } | Part::Corner { length, .. } => {
@@ -86,7 +87,9 @@ impl Part {
         }
         for (key, value, low, high) in rows {
             if !(low..=high).contains(&value) {
-                return Err(format!("`{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "`{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         Ok(())

@@ -13,6 +13,7 @@ use super::ground::Ground;
 use super::passive::{Passive, follow};
 use super::rider::{Active, Pose, Reaction, Touch};
 use crate::GRAVITY;
+use crate::contract::key_error::KeyError;
 use crate::tyre::offroad::chain::{Chain, Run, lever};
 use crate::tyre::offroad::equations::{Equations, Motion, Parameters};
 use crate::tyre::offroad::machine::Machine;
@@ -55,7 +56,7 @@ impl Tyre {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("stiffness", self.stiffness, 1e4, 1e6),
             ("damping", self.damping, 0.0, 1e4),
@@ -63,7 +64,9 @@ impl Tyre {
             ("slip_stiffness", self.slip_stiffness, 0.5, 60.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!("`{key}` = {value} is not between {low} and {high}"));
+                return Err(KeyError::Values(format!(
+                    "`{key}` = {value} is not between {low} and {high}"
+                )));
             }
         }
         Ok(())

@@ -18,6 +18,8 @@ use super::passive::Passive;
 use super::rider::Active;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::file_error::{FileError, FileName};
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::refuse_infinite_in;
 use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::sensors::Sensors;
@@ -93,27 +95,29 @@ impl Effects {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         let friction = self.fork_friction;
         if !(0.0..=2000.0).contains(&friction) {
-            return Err(format!("`fork_friction` = {friction} is not between 0 and 2000"));
+            return Err(KeyError::Values(format!(
+                "`fork_friction` = {friction} is not between 0 and 2000"
+            )));
         }
         if let VerticalMotion::CutOff(cut_off) = self.rider_vertical_motion
             && !(0.0..=20.0).contains(&cut_off)
         {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "`rider_vertical_motion` = {cut_off} is neither \"active\" nor between 0 and 20"
-            ));
+            )));
         }
         match (self.rider_horizontal_motion, self.rider_vertical_motion) {
             (Some(_), VerticalMotion::Legs(_)) => {
                 Err("`rider_horizontal_motion` needs a rider without a body: give \
                  `rider_vertical_motion` a number"
-                    .to_owned())
+                    .into())
             }
-            (Some(cut_off), _) if !(0.05..=20.0).contains(&cut_off) => {
-                Err(format!("`rider_horizontal_motion` = {cut_off} is not between 0.05 and 20"))
-            }
+            (Some(cut_off), _) if !(0.05..=20.0).contains(&cut_off) => Err(KeyError::Values(
+                format!("`rider_horizontal_motion` = {cut_off} is not between 0.05 and 20"),
+            )),
             _ => Ok(()),
         }
     }
@@ -185,7 +189,7 @@ impl Motocross {
     ///
     /// # Errors
     /// A sentence that names file and key.
-    pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
+    pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "lap");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
     }
@@ -194,82 +198,84 @@ impl Motocross {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
-        let fail = |e: String| format!("scenario {}: {e}", path.display());
-        refuse_infinite_in(text).map_err(fail)?;
-        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+    pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
+        let file = FileName::new("scenario", path.display());
+        refuse_infinite_in(text).map_err(|e| file.wrong(e))?;
+        let given: File = toml::from_str(text).map_err(|e| file.wrong(e.to_string()))?;
         for (key, value, low, high) in [
-            ("rate", file.rate, 200.0, 10_000.0),
-            ("truth_rate", file.truth_rate, 1.0, file.rate),
-            ("duration", file.duration, 2.0, 7200.0),
-            ("unevenness", file.unevenness, 0.0, 0.2),
+            ("rate", given.rate, 200.0, 10_000.0),
+            ("truth_rate", given.truth_rate, 1.0, given.rate),
+            ("duration", given.duration, 2.0, 7200.0),
+            ("unevenness", given.unevenness, 0.0, 0.2),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(fail(format!("`{key}` = {value} is not between {low} and {high}")));
+                return Err(
+                    file.wrong(format!("`{key}` = {value} is not between {low} and {high}"))
+                );
             }
         }
-        let lap: f64 = file.lap.iter().map(Part::length).sum();
+        let lap: f64 = given.lap.iter().map(Part::length).sum();
         if lap.is_nan() || lap <= 20.0 {
-            return Err(fail(format!("`lap` is {lap:.0} m long, less than 20 m")));
+            return Err(file.wrong(format!("`lap` is {lap:.0} m long, less than 20 m")));
         }
-        for (k, part) in file.lap.iter().enumerate() {
-            part.check().map_err(|e| fail(format!("`lap`, part {}: {e}", k + 1)))?;
+        for (k, part) in given.lap.iter().enumerate() {
+            part.check().map_err(|e| file.wrong(format!("`lap`, part {}: {e}", k + 1)))?;
         }
-        for (name, tyre) in [("tyre_front", &file.tyre_front), ("tyre_rear", &file.tyre_rear)] {
-            tyre.check().map_err(|e| fail(format!("[{name}] {e}")))?;
+        for (name, tyre) in [("tyre_front", &given.tyre_front), ("tyre_rear", &given.tyre_rear)] {
+            tyre.check().map_err(|e| file.wrong(format!("[{name}] {e}")))?;
         }
-        let [low, high] = file.vibration.frequency;
-        if file.vibration.amplitude > 0.0 && !(low > 0.0 && low <= high && high < 1e4) {
-            return Err(fail(format!(
+        let [low, high] = given.vibration.frequency;
+        if given.vibration.amplitude > 0.0 && !(low > 0.0 && low <= high && high < 1e4) {
+            return Err(file.wrong(format!(
                 "[vibration] `frequency` = [{low}, {high}] must rise, in Hz above 0"
             )));
         }
-        let bike = Bike::parse(&file.bike.to_string(), &file.name, Path::new("[bike]"))
-            .map_err(|e| fail(e.to_string()))?;
+        let bike = Bike::parse(&given.bike.to_string(), &given.name, Path::new("[bike]"))
+            .map_err(|e| file.wrong(e.to_string()))?;
         let mut true_bike = bike.clone();
-        for (key, value) in flat(&file.truth) {
+        for (key, value) in flat(&given.truth) {
             let Some(number) = value.as_float().or(value.as_integer().map(|i| i as f64)) else {
-                return Err(fail(format!("[truth]: `{key}` must be a number")));
+                return Err(file.wrong(format!("[truth]: `{key}` must be a number")));
             };
             if true_bike.value(&key).is_none() {
-                return Err(fail(format!("[truth]: [bike] has no number `{key}`")));
+                return Err(file.wrong(format!("[truth]: [bike] has no number `{key}`")));
             }
             true_bike = true_bike.with(&key, number);
         }
-        let effects = file.effects;
-        effects.check().map_err(|e| fail(format!("[effects] {e}")))?;
+        let effects = given.effects;
+        effects.check().map_err(|e| file.wrong(format!("[effects] {e}")))?;
         let friction = true_bike.value("offroad.fork_friction").unwrap_or(0.0);
         true_bike = true_bike.with("offroad.fork_friction", friction + effects.fork_friction);
-        let machine = Machine::new(&true_bike).map_err(fail)?;
-        Machine::new(&bike).map_err(fail)?;
-        let drop = file
+        let machine = Machine::new(&true_bike).map_err(|e| file.wrong(e))?;
+        Machine::new(&bike).map_err(|e| file.wrong(e))?;
+        let drop = given
             .drop
             .iter()
             .map(|name| Channel::named(name))
             .collect::<Result<_, _>>()
-            .map_err(fail)?;
-        for name in file.sensors.keys() {
-            Channel::named(name).map_err(|e| fail(format!("[sensors]: {e}")))?;
+            .map_err(|e| file.wrong(e))?;
+        for name in given.sensors.keys() {
+            Channel::named(name).map_err(|e| file.wrong(format!("[sensors]: {e}")))?;
         }
         Ok(Motocross {
-            name: file.name,
-            description: file.description,
-            seed: file.seed,
-            rate: file.rate,
-            sessions: file.sessions,
-            duration: file.duration,
-            truth_rate: file.truth_rate,
-            float32: file.float32,
+            name: given.name,
+            description: given.description,
+            seed: given.seed,
+            rate: given.rate,
+            sessions: given.sessions,
+            duration: given.duration,
+            truth_rate: given.truth_rate,
+            float32: given.float32,
             drop,
-            vibration: file.vibration,
-            sensors: file.sensors,
+            vibration: given.vibration,
+            sensors: given.sensors,
             bike,
             machine,
             effects,
-            lap: file.lap,
-            unevenness: file.unevenness,
-            touching: file.touching,
-            tyres: [file.tyre_front, file.tyre_rear],
+            lap: given.lap,
+            unevenness: given.unevenness,
+            touching: given.touching,
+            tyres: [given.tyre_front, given.tyre_rear],
         })
     }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::contract::file_kind::FileKind;
+use crate::contract::key_error::KeyError;
 use crate::contract::schema::{KeyTable, Values};
 use crate::simulate::effects::tyre_file;
 use crate::simulate::multibody::bodies::Rigid;
@@ -189,12 +190,13 @@ impl Motorcycle {
     /// See [`Error`].
     pub fn parse(text: &str, id: &str, path: &Path) -> Result<Self, Error> {
         let fail = |message: String| Error::Key { path: path.to_owned(), message };
+        let wrong = |e: KeyError| fail(e.to_string());
         let table: toml::Table =
             text.parse().map_err(|e: toml::de::Error| fail(format!("not valid TOML: {e}")))?;
-        FileKind::Motorcycle.expect(text).map_err(fail)?;
-        let values = schema().check(&table).map_err(fail)?;
-        let motorcycle = assemble(&values, id, path).map_err(fail)?;
-        motorcycle.check().map_err(fail)?;
+        FileKind::Motorcycle.expect(text).map_err(wrong)?;
+        let values = schema().check(&table).map_err(wrong)?;
+        let motorcycle = assemble(&values, id, path).map_err(wrong)?;
+        motorcycle.check().map_err(wrong)?;
         Ok(motorcycle)
     }
 
@@ -270,35 +272,37 @@ impl Motorcycle {
     }
 
     /// Whether this can stand and be ridden.
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), KeyError> {
         if self.mass() <= 0.0 || self.frame.mass <= 0.0 {
-            return Err("`frame.mass` must be positive".into());
+            return Err(KeyError::Values("`frame.mass` must be positive".into()));
         }
         let radii = self.centres[0].z + self.centres[1].z;
         if self.wheelbase() < radii {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "the wheelbase, `front.wheel.x` - `rear.wheel.x` = {:.3} m, is shorter than the \
                  wheels' radii together ({radii:.3} m)",
                 self.wheelbase()
-            ));
+            )));
         }
         let trail = self.trail();
         if trail <= 0.0 {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "the trail is {trail:.3} m: the front contact lies ahead of the steering axis; look \
                  at `caster_angle`, `steering.axis_x` and `front.wheel.x`"
-            ));
+            )));
         }
         let x = self.centre().x;
         if x <= self.centres[1].x || x >= self.centres[0].x {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "the mass centre lies {x:.3} m ahead of the rear contact, outside the wheelbase of \
                  {:.3} m: a wheel would lift; look at `frame.x`",
                 self.wheelbase()
-            ));
+            )));
         }
         if self.centre().z <= 0.0 {
-            return Err("the mass centre lies below the road; look at `frame.z`".into());
+            return Err(KeyError::Values(
+                "the mass centre lies below the road; look at `frame.z`".into(),
+            ));
         }
         for (name, body) in [
             ("frame", &self.frame),
@@ -310,7 +314,9 @@ impl Motorcycle {
             let own = body.about_origin + arm * arm * body.mass;
             let eigenvalues = own.symmetric_eigenvalues();
             if eigenvalues.min() < -1e-9 {
-                return Err(format!("`{name}.ixz` is too large for the inertias beside it"));
+                return Err(KeyError::Values(format!(
+                    "`{name}.ixz` is too large for the inertias beside it"
+                )));
             }
         }
         if self.contact == Contact::Tyre && self.tyres.is_none() {
@@ -324,10 +330,10 @@ impl Motorcycle {
             {
                 let radius = tyre.carcass().radius;
                 if (radius - centre.z).abs() > 0.08 {
-                    return Err(format!(
+                    return Err(KeyError::Values(format!(
                         "`{end}.wheel.z` = {:.3} m does not fit its tyre's radius {radius:.3} m",
                         centre.z
-                    ));
+                    )));
                 }
             }
         }
@@ -380,7 +386,7 @@ impl Keys<'_> {
     }
 
     /// Tyre of one end, from beside the file or published; `None` where the file names none.
-    fn tyre(&self, end: &str, path: &Path) -> Result<Option<Box<dyn TyreModel>>, String> {
+    fn tyre(&self, end: &str, path: &Path) -> Result<Option<Box<dyn TyreModel>>, KeyError> {
         let Some(name) = self.0.text.get(&format!("{end}.tyre")) else { return Ok(None) };
         let beside = path.parent().unwrap_or(Path::new("")).join(name);
         let tyre = if published::text(name).is_none() && beside.exists() {
@@ -388,10 +394,10 @@ impl Keys<'_> {
         } else {
             tyre_file::load(name)
         };
-        tyre.map(Some).map_err(|e| format!("`{end}.tyre`: {e}"))
+        tyre.map(Some).map_err(|e| KeyError::Values(format!("`{end}.tyre`: {e}")))
     }
 
-    fn chain(&self) -> Result<Option<Chain>, String> {
+    fn chain(&self) -> Result<Option<Chain>, KeyError> {
         match (
             self.opt("chain.engine_x"),
             self.opt("chain.engine_z"),
@@ -402,7 +408,9 @@ impl Keys<'_> {
             (Some(x), Some(z), Some(engine_radius), Some(wheel_radius)) => {
                 Ok(Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius }))
             }
-            _ => Err("`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()),
+            _ => Err(KeyError::Values(
+                "`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into(),
+            )),
         }
     }
 
@@ -417,12 +425,16 @@ impl Keys<'_> {
     }
 }
 
-fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String> {
+fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, KeyError> {
     let keys = Keys(values);
     let contact = match values.text.get("contact").map(String::as_str) {
         None | Some("tyre") => Contact::Tyre,
         Some("rolling") => Contact::Rolling,
-        Some(other) => return Err(format!("`contact` = \"{other}\" is neither tyre nor rolling")),
+        Some(other) => {
+            return Err(KeyError::Values(format!(
+                "`contact` = \"{other}\" is neither tyre nor rolling"
+            )));
+        }
     };
     let tyres = match (keys.tyre("front", path)?, keys.tyre("rear", path)?) {
         (Some(front), Some(rear)) => Some([front, rear]),

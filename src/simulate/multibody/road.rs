@@ -6,6 +6,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
+
 /// A stretch of other friction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -101,10 +103,14 @@ impl Road {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         let positive = |what: &str, x: f64| {
             let ok = (0.01..=3.0).contains(&x);
-            if ok { Ok(()) } else { Err(format!("[road]: {what} = {x} is not between 0.01 and 3")) }
+            if ok {
+                Ok(())
+            } else {
+                Err(KeyError::Values(format!("[road]: {what} = {x} is not between 0.01 and 3")))
+            }
         };
         positive("friction", self.friction)?;
         for p in &self.patches {
@@ -113,7 +119,9 @@ impl Road {
         let steep = self.slopes.iter().map(|s| s.grade).chain([self.grade, self.bank]);
         for grade in steep {
             if grade.is_nan() || grade.abs() > 0.5 {
-                return Err(format!("[road]: a grade or bank of {grade} is beyond 0.5"));
+                return Err(KeyError::Values(format!(
+                    "[road]: a grade or bank of {grade} is beyond 0.5"
+                )));
             }
         }
         Ok(())

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::draw::within;
 use super::machine::Machine;
 use crate::contract::bike::{Bike, schema};
+use crate::simulate::error::Error;
 use crate::simulate::multibody::Motorcycle;
 use crate::statistics::random::Random;
 
@@ -45,7 +46,7 @@ impl BikeFile {
 ///
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
-pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bike, String> {
+pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bike, Error> {
     if file == BikeFile::Wizard {
         return super::wizard::bike(machine);
     }
@@ -103,5 +104,5 @@ pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bik
         text += &format!("[uncertainty]\n{uncertain}");
     }
     let id = format!("machine_{number:04}");
-    Bike::parse(&text, &id, Path::new(file.name())).map_err(|e| e.to_string())
+    Bike::parse(&text, &id, Path::new(file.name())).map_err(|e| Error::Ride(e.to_string()))
 }

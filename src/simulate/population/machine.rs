@@ -13,6 +13,7 @@ use crate::contract::bike::USUAL_WHEEL_INERTIA;
 use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
 use crate::simulate::effects::{ALL, ModelError};
+use crate::simulate::error::Error;
 use crate::simulate::multibody::Motorcycle;
 use crate::simulate::multibody_ride as multibody;
 use crate::simulate::multibody_ride::Build;
@@ -77,7 +78,7 @@ impl Machine {
     ///
     /// # Errors
     /// A built-in scenario or tyre does not load (a defect that a test would find).
-    pub fn draw(seed: u64, number: usize, attempt: usize) -> Result<Self, String> {
+    pub fn draw(seed: u64, number: usize, attempt: usize) -> Result<Self, Error> {
         let mut random = Random::new(seed, &format!("machine {number} attempt {attempt}"));
         let r = &mut random;
         let mut scenario = Scenario::builtin("paper")?.certain();
@@ -155,7 +156,7 @@ impl Machine {
     ///
     /// # Errors
     /// It cannot stand; a sentence that says why.
-    pub fn motorcycle(&self, hidden: &ModelError) -> Result<Motorcycle, String> {
+    pub fn motorcycle(&self, hidden: &ModelError) -> Result<Motorcycle, Error> {
         let plant = self.plant_with(hidden);
         let load = multibody::static_loads(&plant);
         let error = &plant.model_error;

@@ -11,6 +11,7 @@ use crate::contract::coefficient::{Coefficient as C, Id};
 use crate::estimate;
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::physics::Multibody;
+use crate::simulate::error::Error;
 use crate::simulate::hidden::{self, Case, Kind};
 use crate::simulate::multibody_ride as multibody;
 use crate::simulate::ride::{self as simulated, MultibodyRide};
@@ -51,7 +52,7 @@ impl Machine {
         scenario: &Scenario,
         hidden: &ModelError,
         file: BikeFile,
-    ) -> Result<Tour, String> {
+    ) -> Result<Tour, Error> {
         let usual = self.motorcycle(&ModelError::default())?;
         let bike = super::bike::bike(self, &usual, file)?;
         let motorcycle = self.motorcycle(hidden)?;
@@ -142,7 +143,7 @@ impl Ridden {
 ///
 /// # Errors
 /// None of [`ATTEMPTS`] can be ridden.
-pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
+pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, Error> {
     let (mut scenario, _) = case.machine()?;
     scenario.seed = scenario.seed.wrapping_add(case.number as u64);
     let hidden = error(case);
@@ -171,14 +172,14 @@ pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
             Err(why) => failed.push(format!("{why} ({machine})")),
         }
     }
-    Err(format!("machine {}: {}", case.number, failed.join("; ")))
+    Err(Error::Ride(format!("machine {}: {}", case.number, failed.join("; "))))
 }
 
 /// Rides a case and writes log and bike file into a folder; the paths of both and the ride.
 ///
 /// # Errors
 /// It cannot be ridden, or the files cannot be written.
-pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden), String> {
+pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden), Error> {
     let ridden = ride(case, BikeFile::Full)?;
     let files = hidden::files(folder, &ridden.ride.session, &ridden.tour.bike)?;
     Ok((files, ridden))

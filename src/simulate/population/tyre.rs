@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::draw::within;
+use crate::simulate::error::Error;
 use crate::simulate::motorcycle::Plant;
 use crate::simulate::tyre_truth;
 use crate::statistics::random::Random;
@@ -110,7 +111,7 @@ pub(crate) fn draw(
     plant: &mut Plant,
     load: [f64; 2],
     random: &mut Random,
-) -> Result<(Pair, Carcasses), String> {
+) -> Result<(Pair, Carcasses), Error> {
     let carcasses = Carcasses::draw(random);
     // 100 to 250 kN/m (Sharp et al. 2004: 130 and 141; MF 6.2 sets: 176 and 201)
     let softer = random.between(100e3_f64.ln(), 210e3_f64.ln()).exp();
@@ -159,10 +160,10 @@ fn vary(
     k: usize,
     peak: f64,
     random: &mut Random,
-) -> Result<Box<dyn TyreModel>, String> {
+) -> Result<Box<dyn TyreModel>, Error> {
     let path = Path::new(name);
-    let text = published::text(name).ok_or_else(|| format!("no tyre `{name}`"))?;
-    let keys = tir::keys(text, path).map_err(|e| e.to_string())?;
+    let text = published::text(name).ok_or_else(|| Error::Ride(format!("no tyre `{name}`")))?;
+    let keys = tir::keys(text, path).map_err(|e| Error::Ride(e.to_string()))?;
     let deflection = load / size.vertical_stiffness;
     let radius = size.rolling_radius + carcasses.share[k] * deflection;
     let grip = peak * random.between(0.97, 1.03) / keys.or("PDX1", 1.0);
@@ -204,7 +205,8 @@ fn vary(
         changed.extend(["SSZ1", "SSZ2", "SSZ4"].map(|key| (key, 0.0)));
     }
     let more: String = changed.iter().map(|(key, x)| format!("{key} = {x:?}\n")).collect();
-    tir::parse(&format!("{text}\n[COEFFICIENTS]\n{more}"), path).map_err(|e| e.to_string())
+    tir::parse(&format!("{text}\n[COEFFICIENTS]\n{more}"), path)
+        .map_err(|e| Error::Ride(e.to_string()))
 }
 
 const OVERTURNING: [&str; 11] =

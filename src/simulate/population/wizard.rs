@@ -8,6 +8,7 @@ use crate::contract::bike::Bike;
 use crate::motorcycle::catalogue::classes::{Class, Usual};
 use crate::motorcycle::catalogue::file::text;
 use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
+use crate::simulate::error::Error;
 use crate::statistics::random::Random;
 
 /// Classes that machines of the population may look like.
@@ -33,7 +34,7 @@ const WEIGHT: f64 = 3.0;
 ///
 /// # Errors
 /// A size is none (a defect that a test would find).
-pub(crate) fn owner(machine: &Machine) -> Result<Owner, String> {
+pub(crate) fn owner(machine: &Machine) -> Result<Owner, Error> {
     let Machine { seed, number, attempt, plant, .. } = machine;
     let mut random = Random::new(*seed, &format!("wizard {number} attempt {attempt}"));
     let mut sizes = [None, None];
@@ -57,7 +58,7 @@ pub(crate) fn owner(machine: &Machine) -> Result<Owner, String> {
 }
 
 /// The class that is nearest in what is seen: length, size, fairing.
-fn looks_like(machine: &Machine) -> Result<&'static Class, String> {
+fn looks_like(machine: &Machine) -> Result<&'static Class, Error> {
     let plant = &machine.plant;
     let off = |truth: f64, usual: &Usual| ((truth - usual.mean) / usual.sd).powi(2);
     let mut near: Option<(f64, &'static Class)> = None;
@@ -70,16 +71,16 @@ fn looks_like(machine: &Machine) -> Result<&'static Class, String> {
             near = Some((far, class));
         }
     }
-    near.map(|(_, class)| class).ok_or_else(|| "no class".to_owned())
+    near.map(|(_, class)| class).ok_or_else(|| Error::Ride("no class".to_owned()))
 }
 
 /// The bike file that `roadbench bike new` writes for that.
 ///
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
-pub(crate) fn bike(machine: &Machine) -> Result<Bike, String> {
+pub(crate) fn bike(machine: &Machine) -> Result<Bike, Error> {
     let portrait = owner(machine)?.portrait(Catalogue::builtin())?;
     let id = format!("machine_{:04}", machine.number);
     let text = text(&portrait, &id)?;
-    Bike::parse(&text, &id, Path::new("wizard")).map_err(|e| e.to_string())
+    Bike::parse(&text, &id, Path::new("wizard")).map_err(|e| Error::Ride(e.to_string()))
 }

@@ -35,6 +35,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 use crate::simulate::effects::ModelError;
+use crate::simulate::error::Error;
 use crate::simulate::multibody::joint;
 use crate::simulate::multibody::run::{Fall, Run};
 use crate::statistics::random::Random;
@@ -49,7 +50,7 @@ pub(crate) const ATTEMPTS: usize = 8;
 ///
 /// # Errors
 /// None of [`ATTEMPTS`] comes to its end; a sentence that says how they fell.
-pub fn ride(track: &Track, number: usize) -> Result<TrackRide, String> {
+pub fn ride(track: &Track, number: usize) -> Result<TrackRide, Error> {
     let mut failed = Vec::new();
     for attempt in 0..ATTEMPTS {
         let tried = track.entry(number, attempt).and_then(|entry| attempted(track, entry, number));
@@ -58,19 +59,20 @@ pub fn ride(track: &Track, number: usize) -> Result<TrackRide, String> {
                 Some(fall) => failed.push(fall.to_string()),
                 None => return Ok(TrackRide { failed, ..ridden }),
             },
-            Err(why) => failed.push(why),
+            Err(why) => failed.push(why.to_string()),
         }
     }
-    Err(format!("{} session {}: {}", track.name, number + 1, failed.join("; ")))
+    Err(Error::Ride(format!("{} session {}: {}", track.name, number + 1, failed.join("; "))))
 }
 
 /// One attempt; it may end in a fall.
-fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, String> {
+fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, Error> {
     let decisions = (100.0 / track.rate).ceil().max(1.0) as usize;
     let period = 1.0 / (track.rate * decisions as f64);
     let substeps = (period / STEP).ceil().max(1.0) as usize;
     let model = &entry.model;
-    let steering = Preview::new(model, Target::Roll, period).map_err(|e| e.to_string())?;
+    let steering =
+        Preview::new(model, Target::Roll, period).map_err(|e| Error::Ride(e.to_string()))?;
     let id = format!("{}_{}_s{:04}", track.name, entry.bike.bike_id, number + 1);
     let mut random = Random::new(track.seed, &format!("{id} rider"));
     let riding = (entry.pace, track.laps, START);

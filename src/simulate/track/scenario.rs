@@ -17,9 +17,11 @@ use super::rider::Pace;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::file_error::{FileError, FileName};
 use crate::contract::schema::refuse_infinite_in;
 use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::effects::ModelError;
+use crate::simulate::error::Error;
 use crate::simulate::imu::Imu;
 use crate::simulate::loggers::profile::Profile;
 use crate::simulate::multibody::road::Wave;
@@ -158,7 +160,7 @@ impl Track {
     ///
     /// # Errors
     /// A sentence that names file and key.
-    pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
+    pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "laps");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
     }
@@ -167,59 +169,59 @@ impl Track {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
-        let fail = |message: String| format!("scenario {}: {message}", path.display());
-        refuse_infinite_in(text).map_err(fail)?;
-        let file: File = toml::from_str(text)
-            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
+    pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
+        let file = FileName::new("scenario", path.display());
+        refuse_infinite_in(text).map_err(|e| file.wrong(e))?;
+        let given: File = toml::from_str(text)
+            .map_err(|e| file.wrong(crate::contract::schema::with_hint(&e.to_string())))?;
         let within = |name: &str, x: f64, low: f64, high: f64| {
             let ok = (low..=high).contains(&x);
             if ok {
                 Ok(())
             } else {
-                Err(fail(format!("`{name}` = {x} is not between {low} and {high}")))
+                Err(file.wrong(format!("`{name}` = {x} is not between {low} and {high}")))
             }
         };
-        within("laps", file.laps as f64, 1.0, 100.0)?;
-        within("sessions", file.sessions as f64, 1.0, 100_000.0)?;
-        within("rate", file.rate, 50.0, 500.0)?;
+        within("laps", given.laps as f64, 1.0, 100.0)?;
+        within("sessions", given.sessions as f64, 1.0, 100_000.0)?;
+        within("rate", given.rate, 50.0, 500.0)?;
         for (name, range, [low, high]) in [
-            ("friction", file.friction, [1.0, 1.8]),
-            ("grade", file.grade, [0.0, 0.08]),
-            ("wind", file.wind, [0.0, 12.0]),
-            ("unevenness", file.unevenness, [0.0, 64.0]),
+            ("friction", given.friction, [1.0, 1.8]),
+            ("grade", given.grade, [0.0, 0.08]),
+            ("wind", given.wind, [0.0, 12.0]),
+            ("unevenness", given.unevenness, [0.0, 64.0]),
         ] {
             within(name, range[0], low, high)?;
             within(name, range[1], range[0], high)?;
         }
-        let channel = |name: &String| Channel::named(name).map_err(fail);
-        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
-        for name in file.sensors.keys() {
+        let channel = |name: &String| Channel::named(name).map_err(|e| file.wrong(e));
+        let drop = given.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in given.sensors.keys() {
             channel(name)?;
         }
-        let own = Motorcycle::load(&file.motorcycle).map_err(|e| fail(e.to_string()))?;
+        let own = Motorcycle::load(&given.motorcycle).map_err(|e| file.wrong(e.to_string()))?;
         if own.tyres.is_none() {
-            return Err(fail(format!("motorcycle `{}` has no tyres", own.id)));
+            return Err(file.wrong(format!("motorcycle `{}` has no tyres", own.id)));
         }
         Ok(Track {
-            name: file.name,
-            description: file.description,
-            sessions: file.sessions,
-            laps: file.laps,
-            seed: file.seed,
-            rate: file.rate,
-            float32: file.float32,
+            name: given.name,
+            description: given.description,
+            sessions: given.sessions,
+            laps: given.laps,
+            seed: given.seed,
+            rate: given.rate,
+            float32: given.float32,
             drop,
-            varied: file.varied,
-            friction: file.friction,
-            grade: file.grade,
-            wind: file.wind,
-            unevenness: file.unevenness,
-            varied_circuit: file.varied_circuit,
-            disturbance: file.disturbance,
-            sensors: file.sensors,
-            imu: file.imu,
-            loggers: file.loggers,
+            varied: given.varied,
+            friction: given.friction,
+            grade: given.grade,
+            wind: given.wind,
+            unevenness: given.unevenness,
+            varied_circuit: given.varied_circuit,
+            disturbance: given.disturbance,
+            sensors: given.sensors,
+            imu: given.imu,
+            loggers: given.loggers,
             own,
         })
     }
@@ -229,7 +231,7 @@ impl Track {
     ///
     /// # Errors
     /// The machine cannot stand; a sentence that says why.
-    pub fn entry(&self, number: usize, attempt: usize) -> Result<Entry, String> {
+    pub fn entry(&self, number: usize, attempt: usize) -> Result<Entry, Error> {
         let mut random = Random::new(self.seed, &format!("{} entry {number} {attempt}", self.name));
         let r = &mut random;
         let drawn = self.varied && number > 0;

@@ -5,6 +5,7 @@ use super::chain::Chain;
 use super::curve::{Beyond, Lines, Linkage};
 use super::equations::{Equations, Parameters};
 use crate::contract::bike::Bike;
+use crate::contract::key_error::KeyError;
 
 /// Fork or shock: force from travel and rate, compression positive.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,7 +162,7 @@ impl Section<'_> {
         [self.get(&format!("{what}_x")), -self.get(&format!("{what}_z"))]
     }
 
-    fn check_complete(&self) -> Result<(), String> {
+    fn check_complete(&self) -> Result<(), KeyError> {
         let missing: Vec<String> = NEEDED
             .iter()
             .filter(|k| self.value(k).is_none())
@@ -171,13 +172,13 @@ impl Section<'_> {
         if missing.is_empty() {
             return Ok(());
         }
-        Err(format!(
+        Err(KeyError::Values(format!(
             "the bike file of `{}` lacks {} of the keys that the off-road estimate needs: \
              {}; `roadbench schema bike` describes them",
             self.0.bike_id,
             missing.len(),
             missing.join(", ")
-        ))
+        )))
     }
 
     fn parameters(&self) -> Parameters {
@@ -201,24 +202,24 @@ impl Section<'_> {
     }
 
     /// Equations of motion of bodies that can exist and that weigh what the file says.
-    fn equations(&self, parameters: Parameters) -> Result<Equations, String> {
+    fn equations(&self, parameters: Parameters) -> Result<Equations, KeyError> {
         let bike = self.0;
         let whole: f64 = parameters.m.iter().sum::<f64>() + self.get("rider_mass");
         if (whole - bike.mass).abs() > 0.1 * bike.mass {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "the bike file of `{}` contradicts itself: `mass` = {} kg, but the four masses of \
                  [offroad] and `offroad.rider_mass` add up to {whole:.1} kg",
                 bike.bike_id, bike.mass
-            ));
+            )));
         }
         let equations = Equations::new(parameters);
         if !positive_definite(&equations) {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "the bike file of `{}`: no bodies have these masses and inertias together (the mass \
                  matrix is not positive definite); a negative `offroad.inertia_swing_arm` is allowed, \
                  but not this one",
                 bike.bike_id
-            ));
+            )));
         }
         Ok(equations)
     }
@@ -290,7 +291,7 @@ impl Machine {
     ///
     /// # Errors
     /// Keys are missing or contradict each other; a sentence that names them.
-    pub fn new(bike: &Bike) -> Result<Self, String> {
+    pub fn new(bike: &Bike) -> Result<Self, KeyError> {
         let section = Section(bike);
         section.check_complete()?;
         let parameters = section.parameters();

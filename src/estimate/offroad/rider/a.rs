@@ -14,6 +14,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::types::{Base, Forces};
 use crate::GRAVITY;
+use crate::contract::key_error::KeyError;
 use crate::tyre::offroad::body::Body;
 
 /// A limb in the posture of rest: natural length, m, and force, N, positive in compression.
@@ -77,22 +78,24 @@ impl Standing {
     /// # Errors
     /// The limbs cannot carry the weight, or the preloaded leg topples over; the sentence names
     /// the keys.
-    pub fn new(body: &Body, peg: [f64; 2], bar: [f64; 2]) -> Result<Self, String> {
+    pub fn new(body: &Body, peg: [f64; 2], bar: [f64; 2]) -> Result<Self, KeyError> {
         for (key, value) in
             [("rider_mass", body.mass), ("leg_stiffness", body.k_l), ("arm_stiffness", body.k_a)]
         {
             if value.is_nan() || value <= 0.0 {
-                return Err(format!("rider A needs `offroad.{key}` above zero, it is {value}"));
+                return Err(KeyError::Values(format!(
+                    "rider A needs `offroad.{key}` above zero, it is {value}"
+                )));
             }
         }
         let standing = Self::at_rest(body, peg, bar)?;
         let least = standing.least_stiffness();
         if !least.is_finite() || least < LEAST_STIFFNESS {
-            return Err(format!(
+            return Err(KeyError::Values(format!(
                 "rider A cannot stand so: the least stiffness of the posture is {least:.1} 1/s2, \
                  the arms are too near to vertical to hold the legs; move `offroad.shoulder_x`, \
                  `offroad.rider_cg_x` or take rider b or c"
-            ));
+            )));
         }
         Ok(standing)
     }
@@ -101,7 +104,7 @@ impl Standing {
     ///
     /// # Errors
     /// The limbs cannot carry the weight.
-    pub fn at_rest(body: &Body, peg: [f64; 2], bar: [f64; 2]) -> Result<Self, String> {
+    pub fn at_rest(body: &Body, peg: [f64; 2], bar: [f64; 2]) -> Result<Self, KeyError> {
         let from = |p: [f64; 2], joint: [f64; 2]| {
             Vector2::new(body.cg[0] + joint[0] - p[0], body.cg[1] + joint[1] - p[1])
         };
@@ -243,7 +246,7 @@ pub(crate) fn forces(
     peg: [f64; 2],
     bar: [f64; 2],
     base: &Base<'_>,
-) -> Result<Forces, String> {
+) -> Result<Forces, KeyError> {
     let standing = Standing::new(body, peg, bar)?;
     let n = base.mu.len();
     let mut out = Forces::zeros(n);

@@ -9,6 +9,7 @@ pub(crate) mod b;
 pub(crate) mod c;
 pub(crate) mod types;
 
+use crate::contract::key_error::KeyError;
 use crate::tyre::offroad::body::Body;
 pub(crate) use types::{Base, Config, Forces, Rider, hold};
 
@@ -23,7 +24,7 @@ pub fn forces(
     bar: [f64; 2],
     base: &Base<'_>,
     config: &Config,
-) -> Result<Forces, String> {
+) -> Result<Forces, KeyError> {
     match rider {
         Rider::None => Ok(Forces::zeros(base.mu.len())),
         Rider::A => a::forces(body, peg, bar, base),

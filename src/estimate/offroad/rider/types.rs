@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::key_error::KeyError;
+
 /// A rider model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -124,7 +126,7 @@ impl Config {
     ///
     /// # Errors
     /// A sentence that names the key.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("cut_off", self.cut_off, 0.05, 50.0),
             ("horizontal_cut_off", self.horizontal_cut_off.unwrap_or(1.0), 0.05, 50.0),
@@ -132,9 +134,9 @@ impl Config {
             ("crossfade", self.crossfade, 0.0, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(format!(
+                return Err(KeyError::Values(format!(
                     "[offroad.rider] `{key}` = {value} is not between {low} and {high}"
-                ));
+                )));
             }
         }
         Ok(())
