@@ -171,10 +171,9 @@ fn bench_file(bench: &str) -> (Option<Axle>, &Path) {
 fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
     Ok(match bench_file(bench) {
         (Some(axle), path) => {
-            let fail = |message: String| Failure::Usage(message);
             let bytes = std::fs::read(path)
-                .map_err(|e| fail(format!("cannot read {}: {e}", path.display())))?;
-            let found = bench_points::check(&bytes, path).map_err(fail)?;
+                .map_err(|e| Failure::usage(format!("cannot read {}: {e}", path.display())))?;
+            let found = bench_points::check(&bytes, path).map_err(Failure::usage)?;
             for remark in &found.remarks {
                 tracing::warn!("{}: {remark}", path.display());
             }
@@ -188,7 +187,7 @@ fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
         (None, path) => {
             let fail = |message: String| Failure::Usage(format!("{bench}: {message}"));
             let text = read_text(path).map_err(|e| fail(e.to_string()))?;
-            bench_values::parse(&text).map_err(fail)?;
+            bench_values::parse(&text).map_err(|e| fail(e.to_string()))?;
             (bench_values::FILE.to_owned(), text.into_bytes())
         }
     })

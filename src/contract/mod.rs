@@ -16,6 +16,7 @@ pub(crate) mod reason;
 pub(crate) mod rejection;
 pub(crate) mod residual_channel;
 pub(crate) mod schema;
+pub(crate) mod sentence_error;
 pub(crate) mod session;
 pub(crate) mod status;
 pub(crate) mod verdict;

@@ -584,7 +584,7 @@ mod tests {
     fn a_misspelt_key_is_named_with_its_neighbour() {
         let bikes = KeyTable::embedded("bike");
         let table: toml::Table = "masss = 200.0".parse().expect("toml");
-        let message = bikes.check(&table).expect_err("unknown key");
+        let message = bikes.check(&table).expect_err("unknown key").to_string();
         assert!(message.contains("`masss`") && message.contains("`mass`"), "{message}");
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use crate::contract::session::Meta;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::{file, registry};
 
 use super::samples::Samples;
@@ -14,7 +15,7 @@ use super::signals::Signals;
 ///
 /// # Errors
 /// The columns do not fit the schema: our own mistake.
-pub(crate) fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, String> {
+pub(crate) fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, Mismatch> {
     let mut order: Vec<(usize, usize)> = Vec::new();
     for (set, (samples, _)) in sets.iter().enumerate() {
         order.extend((0..samples.len()).map(|i| (set, i)));
@@ -64,6 +65,6 @@ pub(crate) fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<Record
             _ => new_null_array(field.data_type(), order.len()), // off-road only
         });
     }
-    let batch = RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())?;
+    let batch = RecordBatch::try_new(schema, columns).map_err(|e| Mismatch::from(e.to_string()))?;
     file::typed(table, &batch)
 }

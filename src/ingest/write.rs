@@ -18,6 +18,7 @@ use crate::contract::session::Session;
 use crate::ingest::session_schema::WHEEL_SCALE_SD;
 use crate::store::objects::Location;
 use crate::store::tables::file;
+use crate::store::tables::mismatch::Mismatch;
 
 /// Writes a session as one Parquet file, whole or not at all: units and descriptions with
 /// every field, who and when in the file's key-value metadata, NaN as null.
@@ -40,7 +41,7 @@ pub fn write_session(
 /// The channels do not fit together: our own mistake.
 pub fn session_bytes(session: &Session, float32: bool) -> Result<Vec<u8>, file::Error> {
     encode(session, float32)
-        .map_err(|message| file::Error::Encode { table: "session".to_owned(), message })
+        .map_err(|source| file::Error::Encode { table: "session".to_owned(), source })
 }
 
 /// A session as one Arrow batch of `session.v1`, as [`write_session`] writes it; who and when in
@@ -49,15 +50,15 @@ pub fn session_bytes(session: &Session, float32: bool) -> Result<Vec<u8>, file::
 /// # Errors
 /// The channels do not fit together: our own mistake.
 pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, file::Error> {
-    let fail = |e: String| file::Error::Encode { table: "session".to_owned(), message: e };
+    let fail = |source: Mismatch| file::Error::Encode { table: "session".to_owned(), source };
     let batch = to_batch(session, float32).map_err(fail)?;
     let mut metadata = batch.schema().metadata().clone();
     metadata.extend(pairs(session).into_iter().filter_map(|p| Some((p.key, p.value?))));
     let schema = Arc::new(Schema::new_with_metadata(batch.schema().fields().clone(), metadata));
-    batch.with_schema(schema).map_err(|e| fail(e.to_string()))
+    batch.with_schema(schema).map_err(|e| fail(e.to_string().into()))
 }
 
-fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, String> {
+fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, Mismatch> {
     let table = schema::session();
     let full = table.arrow();
     let time: Vec<f64> = (0..session.len).map(|i| session.time(i)).collect();
@@ -83,13 +84,13 @@ fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, String> {
         fields.push(field);
     }
     let schema = Arc::new(Schema::new_with_metadata(fields, full.metadata().clone()));
-    RecordBatch::try_new(schema, arrays).map_err(|e| e.to_string())
+    RecordBatch::try_new(schema, arrays).map_err(|e| Mismatch::from(e.to_string()))
 }
 
-fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
+fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, Mismatch> {
     let batch = to_batch(session, float32)?;
     // of a ride's noise a higher level makes no more, only slower
-    let level = ZstdLevel::try_new(3).map_err(|e| e.to_string())?;
+    let level = ZstdLevel::try_new(3).map_err(|e| Mismatch::from(e.to_string()))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(level))
         .set_created_by(format!("roadbench {}", crate::VERSION))
@@ -101,7 +102,7 @@ fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
         .set_encoding(Encoding::BYTE_STREAM_SPLIT)
         .set_max_row_group_row_count(None);
     let mut bytes = Vec::new();
-    write(&mut bytes, &batch, properties.build()).map_err(|e| e.to_string())?;
+    write(&mut bytes, &batch, properties.build()).map_err(|e| Mismatch::from(e.to_string()))?;
     Ok(bytes)
 }
 

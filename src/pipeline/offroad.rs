@@ -43,10 +43,10 @@ pub(super) fn run(
     let signals = match input.signals {
         true => Some(
             offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(
-                |message| Rejection {
+                |e| Rejection {
                     stage: Stage::Estimate,
                     code: RejectionCode::InternalError,
-                    message,
+                    message: e.to_string(),
                     limits: None,
                 },
             )?,

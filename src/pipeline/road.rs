@@ -141,10 +141,10 @@ fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<Record
         (&data.straight[1], &straight[1]),
         (&data.corner, &corner),
     ];
-    estimate::table::batch(&session.meta, &sets).map_err(|message| Rejection {
+    estimate::table::batch(&session.meta, &sets).map_err(|e| Rejection {
         stage: Stage::Estimate,
         code: RejectionCode::InternalError,
-        message,
+        message: e.to_string(),
         limits: None,
     })
 }

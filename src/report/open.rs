@@ -25,7 +25,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
     let _lock = Lock::take(out);
     let sessions = SessionFiles::<SessionRow>::read(out)?;
     let keys: Vec<(&str, &str)> = sessions.keys().collect();
-    let place = find(&keys, session, bike).map_err(Error::NoSession)?;
+    let place = find(&keys, session, bike)?;
     // a page's name goes by those of the others
     let names = page_names::sessions(keys.iter().copied());
     let ident = Ident {
@@ -69,7 +69,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
 }
 
 /// Place of a session; else a sentence.
-fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usize, String> {
+fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usize, Error> {
     let named: Vec<usize> = (0..keys.len()).filter(|i| keys[*i].1 == session).collect();
     let bikes = || named.iter().map(|i| keys[*i].0).collect::<Vec<_>>().join(", ");
     let of = |b: &str| named.iter().copied().find(|i| keys[*i].0 == b);
@@ -77,16 +77,19 @@ fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usiz
         ([], _) => {
             let near = schema::closest(session, keys.iter().map(|k| k.1));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            Err(format!("no session `{session}` in the table `sessions`{hint}"))
+            Err(Error::NoSession(format!("no session `{session}` in the table `sessions`{hint}")))
         }
         (_, Some(bike)) => of(bike).ok_or_else(|| {
-            format!("bike `{bike}` has no session `{session}`; it is of {}", bikes())
+            Error::NoSession(format!(
+                "bike `{bike}` has no session `{session}`; it is of {}",
+                bikes()
+            ))
         }),
         ([one], None) => Ok(*one),
-        (_, None) => Err(format!(
+        (_, None) => Err(Error::NoSession(format!(
             "several bikes have a session `{session}`: say which with --bike ({})",
             bikes()
-        )),
+        ))),
     }
 }
 
@@ -101,7 +104,7 @@ pub(crate) fn require_session(out: &Path, session: &str) -> Result<(), Error> {
         idents.map(|i| (i.bike_id.as_str(), i.session_id.as_str())).collect();
     match keys.iter().any(|key| key.1 == session) {
         true => Ok(()),
-        false => find(&keys, session, None).map(|_| ()).map_err(Error::NoSession),
+        false => find(&keys, session, None).map(|_| ()),
     }
 }
 
@@ -112,9 +115,9 @@ mod tests {
     #[test]
     fn a_session_is_found_or_the_sentence_says_what_to_do() {
         let keys = [("a", "one"), ("a", "two"), ("b", "two")];
-        assert_eq!(find(&keys, "one", None), Ok(0));
-        assert_eq!(find(&keys, "two", Some("b")), Ok(2));
-        let says = |session, bike| find(&keys, session, bike).expect_err("no session");
+        assert_eq!(find(&keys, "one", None).ok(), Some(0));
+        assert_eq!(find(&keys, "two", Some("b")).ok(), Some(2));
+        let says = |session, bike| find(&keys, session, bike).expect_err("no session").to_string();
         assert!(says("onee", None).contains("did you mean `one`?"));
         assert!(says("two", None).contains("--bike (a, b)"));
         assert!(says("one", Some("b")).contains("it is of a"));

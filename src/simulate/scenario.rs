@@ -406,7 +406,7 @@ mod tests {
     #[test]
     fn wrong_keys_are_named() {
         let text = BUILTIN[1].1.replace("[bike]", "[truth]\nfrontt.b = 2\n[bike]");
-        let message = Scenario::parse(&text, "x").expect_err("unknown key");
+        let message = Scenario::parse(&text, "x").expect_err("unknown key").to_string();
         assert!(message.contains("frontt.b") && message.contains("front.b"), "{message}");
     }
 }

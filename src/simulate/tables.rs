@@ -12,6 +12,7 @@ use super::{reduced, ride, tyre_truth};
 use crate::contract::coefficient::Id;
 use crate::contract::session::{Meta, Session};
 use crate::estimate;
+use crate::simulate::error::Error;
 use crate::store::tables::file;
 use crate::store::tables::registry::Row;
 use crate::store::tables::rows::{Truth, TruthSegment};
@@ -129,13 +130,13 @@ impl Rideable {
     ///
     /// # Errors
     /// A sentence that names the file and the key.
-    pub fn load(name_or_path: &str) -> Result<Self, String> {
+    pub fn load(name_or_path: &str) -> Result<Self, Error> {
         if let Some(motocross) = Motocross::load(name_or_path)? {
             return Ok(Rideable::Motocross(Box::new(motocross)));
         }
         if let Some(tour) = Tour::load(name_or_path)? {
             let skill = Skill::learn(&tour.model, ride::period(tour.rate))
-                .map_err(|e| format!("scenario {}: {e}", tour.name))?;
+                .map_err(|e| Error::Ride(format!("scenario {}: {e}", tour.name)))?;
             return Ok(Rideable::Tour(Box::new((tour, skill))));
         }
         Ok(Rideable::Fleet(Box::new(Scenario::load(name_or_path)?)))

@@ -272,7 +272,7 @@ impl Store {
 
     fn stage(&self, staged: &Staged, files: &[SessionFile]) -> Result<(), file::Error> {
         let bytes = staged::encode(staged, files)
-            .map_err(|message| file::Error::Encode { table: "session".to_owned(), message })?;
+            .map_err(|source| file::Error::Encode { table: "session".to_owned(), source })?;
         file::write_bytes(self.found.staging(&staged.key()), &bytes)
     }
 

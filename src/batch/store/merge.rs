@@ -23,6 +23,7 @@ use super::verify;
 use crate::batch::error::Error;
 use crate::store::objects::Location;
 use crate::store::objects::files::read_many;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::names::file_name;
 use crate::store::tables::registry::{Presence, TableSpec};
 use crate::store::tables::{file, read};
@@ -280,7 +281,7 @@ impl Files<'_> {
         id: &str,
         bytes: Bytes,
         changes: &mut Changes,
-    ) -> Result<Result<Rows, String>, Error> {
+    ) -> Result<Result<Rows, Mismatch>, Error> {
         let files = match staged::files(bytes) {
             Ok(files) => files,
             Err(e) => return Ok(Err(e)),
@@ -290,7 +291,7 @@ impl Files<'_> {
             let Some((_, bytes)) = files.get(spec.name) else { continue };
             match of_today(spec, bytes.clone()) {
                 Ok(batches) => _ = rows.insert(spec.name, batches),
-                Err(e) => return Ok(Err(format!("{}: {e}", spec.name))),
+                Err(e) => return Ok(Err(Mismatch::from(format!("{}: {e}", spec.name)))),
             }
         }
         for (folder, (extension, bytes)) in &files {
@@ -407,7 +408,7 @@ fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatc
 ///
 /// # Errors
 /// It is no such table.
-pub(crate) fn of_today(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, String> {
+pub(crate) fn of_today(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, Mismatch> {
     let batches = read::batches_of(bytes)?;
     batches.iter().map(|batch| file::typed(spec.table(), batch)).collect()
 }

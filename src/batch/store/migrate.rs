@@ -112,7 +112,7 @@ fn stage(there: &Contents, row: &Committed) -> Result<(), Error> {
         made: Some(made),
         folders,
     };
-    let bytes = staged::encode(&staged, &files).map_err(Error::Internal)?;
+    let bytes = staged::encode(&staged, &files).map_err(|e| Error::Internal(e.to_string()))?;
     Ok(file::write_bytes(there.staging(&row.key()), &bytes)?)
 }
 

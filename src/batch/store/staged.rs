@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::marker::{Committed, Key};
 use crate::batch::jobs::work::SessionFile;
+use crate::store::tables::mismatch::Mismatch;
 
 /// Extension of these files: they are no table.
 pub(crate) const EXTENSION: &str = "session";
@@ -52,8 +53,8 @@ pub(crate) type Files = BTreeMap<String, (String, Bytes)>;
 ///
 /// # Errors
 /// Parquet cannot hold it: our own mistake.
-pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, String> {
-    let head = serde_json::to_string(staged).map_err(|e| e.to_string())?;
+pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, Mismatch> {
+    let head = serde_json::to_string(staged).map_err(|e| Mismatch::from(e.to_string()))?;
     let texts = |of: fn(&SessionFile) -> &'static str| -> ArrayRef {
         Arc::new(StringArray::from_iter_values(files.iter().map(of)))
     };
@@ -63,7 +64,7 @@ pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, 
         ("extension", texts(|f| f.extension)),
         ("content", Arc::new(content)),
     ];
-    let batch = RecordBatch::try_from_iter(columns).map_err(|e| e.to_string())?;
+    let batch = RecordBatch::try_from_iter(columns).map_err(|e| Mismatch::from(e.to_string()))?;
     // the contents are packed already
     let properties = WriterProperties::builder()
         .set_dictionary_enabled(false)
@@ -72,9 +73,9 @@ pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, 
         .build();
     let mut bytes = Vec::new();
     let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))
-        .map_err(|e| e.to_string())?;
-    writer.write(&batch).map_err(|e| e.to_string())?;
-    writer.close().map_err(|e| e.to_string())?;
+        .map_err(|e| Mismatch::from(e.to_string()))?;
+    writer.write(&batch).map_err(|e| Mismatch::from(e.to_string()))?;
+    writer.close().map_err(|e| Mismatch::from(e.to_string()))?;
     Ok(bytes)
 }
 
@@ -90,18 +91,18 @@ pub(crate) fn head(file: &impl ChunkReader) -> Option<Staged> {
 ///
 /// # Errors
 /// It is no such file.
-pub(crate) fn files(bytes: Bytes) -> Result<Files, String> {
+pub(crate) fn files(bytes: Bytes) -> Result<Files, Mismatch> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(bytes)
         .and_then(ParquetRecordBatchReaderBuilder::build)
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| Mismatch::from(e.to_string()))?;
     let mut files = Files::new();
     for batch in reader {
-        let batch = batch.map_err(|e| e.to_string())?;
+        let batch = batch.map_err(|e| Mismatch::from(e.to_string()))?;
         let text = |name: &str| batch.column_by_name(name)?.as_string_opt::<i32>();
         let content = batch.column_by_name("content").and_then(|c| c.as_binary_opt::<i64>());
         let columns = (text("folder"), text("extension"), content);
         let (Some(folder), Some(extension), Some(content)) = columns else {
-            return Err("its columns are others".to_owned());
+            return Err(Mismatch::from("its columns are others".to_owned()));
         };
         for i in 0..batch.num_rows() {
             let content = Bytes::copy_from_slice(content.value(i));

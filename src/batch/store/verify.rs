@@ -18,6 +18,7 @@ use crate::batch::log_hash::hash_file;
 use crate::report;
 use crate::store::objects::Location;
 use crate::store::tables::file::TEMPORARY;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::names::file_name;
 use crate::store::tables::read;
 use crate::store::tables::registry;
@@ -355,7 +356,7 @@ fn file(out: &Location, path: &str, sum: Option<&str>) -> Option<Finding> {
                 // a table of ours whose pages are damaged
                 (true, _) if path.ends_with(".parquet") => match read::batches_of(bytes) {
                     Ok(_) => None,
-                    Err(e) => finding(Wrong::Unreadable, e),
+                    Err(e) => finding(Wrong::Unreadable, e.to_string()),
                 },
                 (true, _) => None,
                 (false, true) => finding(Wrong::Unreadable, "it is no table".to_owned()),
@@ -447,13 +448,13 @@ fn rows(
 }
 
 /// The sessions that a table has rows of.
-fn ids(at: &Location) -> Result<BTreeSet<String>, String> {
-    let bytes = at.read().map_err(|e| e.to_string())?;
+fn ids(at: &Location) -> Result<BTreeSet<String>, Mismatch> {
+    let bytes = at.read().map_err(|e| Mismatch::from(e.to_string()))?;
     let mut ids = BTreeSet::new();
     for batch in read::batches_of(Bytes::from(bytes))? {
         let column = batch.column_by_name("session_id").ok_or("no session_id")?;
         let texts = arrow::compute::cast(column, &arrow::datatypes::DataType::Utf8)
-            .map_err(|e| e.to_string())?;
+            .map_err(|e| Mismatch::from(e.to_string()))?;
         let texts = texts.as_string_opt::<i32>().ok_or("session_id is no text")?;
         let mut last = "";
         for id in texts.iter().flatten() {

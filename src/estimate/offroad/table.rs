@@ -7,6 +7,7 @@ use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray,
 use super::Estimate;
 use crate::contract::session::Meta;
 use crate::segment::Segment;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::{file, registry};
 
 /// One batch of every rider's forces and the motion they come from, at about `rate` samples per
@@ -19,7 +20,7 @@ pub(crate) fn batch(
     estimate: &Estimate,
     segments: &[Segment],
     rate: f64,
-) -> Result<RecordBatch, String> {
+) -> Result<RecordBatch, Mismatch> {
     let k = &estimate.kinematics;
     let step = (k.rate / rate).round().max(1.0) as usize;
     let samples: Vec<usize> = (0..k.len()).step_by(step).collect();
@@ -92,6 +93,6 @@ pub(crate) fn batch(
             _ => new_null_array(field.data_type(), rows),
         });
     }
-    let batch = RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())?;
+    let batch = RecordBatch::try_new(schema, columns).map_err(|e| Mismatch::from(e.to_string()))?;
     file::typed(table, &batch)
 }

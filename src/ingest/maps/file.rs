@@ -443,10 +443,12 @@ mod tests {
             ("[cvs]\n", "cvs"),
         ];
         for (text, wanted) in cases {
-            let message = parse(text).expect_err(text);
+            let message = parse(text).expect_err(text).to_string();
             assert!(message.contains(wanted) && message.contains("m.toml"), "{message}");
         }
-        let message = ChannelMap::parse("name='m'\nformat='xls'\nchannel={}", "m").expect_err("x");
+        let message = ChannelMap::parse("name='m'\nformat='xls'\nchannel={}", "m")
+            .expect_err("x")
+            .to_string();
         assert!(message.contains("`xls`") && message.contains("csv"), "{message}");
     }
 }

@@ -274,7 +274,7 @@ mod tests {
         }
         assert!(all.model("Yamaha").is_none() && all.model("07").is_none());
         assert!(all.class("Off Road").is_ok() && all.class("ebike").is_ok());
-        let e = all.class("cruiser").expect_err("none");
+        let e = all.class("cruiser").expect_err("none").to_string();
         assert!(e.contains("touring") && e.contains("scooter"), "{e}");
     }
 }

@@ -382,11 +382,12 @@ mod tests {
         owner.sizes[1] = Some("wide".into());
         owner.weight = Some(6.0);
         owner.lifted = Some([0.3, 140.0]);
-        let e = owner.portrait(Catalogue::builtin()).expect_err("four things");
+        let e = owner.portrait(Catalogue::builtin()).expect_err("four things").to_string();
         for part in ["cruiser", "rear tyre", "6 kg", "scales"] {
             assert!(e.contains(part), "{part}: {e}");
         }
-        let e = Owner::default().portrait(Catalogue::builtin()).expect_err("nothing known");
+        let e =
+            Owner::default().portrait(Catalogue::builtin()).expect_err("nothing known").to_string();
         assert!(e.contains("class") && e.contains("naked"), "{e}");
     }
 
@@ -401,7 +402,7 @@ mod tests {
             ("mass=250+--1", "not negative"),
             ("mass=inf", "is no number"),
         ] {
-            let e = owner.set(text, schema()).expect_err(text);
+            let e = owner.set(text, schema()).expect_err(text).to_string();
             assert!(e.contains(part), "{text}: {e}");
         }
         assert!(owner.measured.is_empty());

@@ -187,7 +187,7 @@ mod tests {
             "0x0",
             "1e9/1e9-17",
         ] {
-            let e = TyreSize::parse(text).expect_err(text);
+            let e = TyreSize::parse(text).expect_err(text).to_string();
             assert!(e.contains("120/70ZR17") && e.contains("37-622"), "{e}");
         }
     }

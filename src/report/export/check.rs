@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::grid::Grid;
 use super::tyre::Characterised;
+use crate::report::export::error::Error;
 use crate::tyre::tir;
 use crate::tyre::tyre::{Input, Output};
 
@@ -30,7 +31,7 @@ pub fn largest_errors(
     text: &str,
     tyre: &Characterised,
     with_combined: bool,
-) -> Result<LargestErrors, String> {
+) -> Result<LargestErrors, Error> {
     over(text, tyre, &Grid::ridden(tyre), with_combined)
 }
 
@@ -42,7 +43,7 @@ pub(crate) fn largest_errors_beyond(
     text: &str,
     tyre: &Characterised,
     with_combined: bool,
-) -> Result<LargestErrors, String> {
+) -> Result<LargestErrors, Error> {
     over(text, tyre, &Grid::extended(tyre), with_combined)
 }
 
@@ -51,8 +52,8 @@ fn over(
     tyre: &Characterised,
     grid: &Grid,
     with_combined: bool,
-) -> Result<LargestErrors, String> {
-    let read = tir::parse(text, Path::new("the exported file")).map_err(|e| e.to_string())?;
+) -> Result<LargestErrors, Error> {
+    let read = tir::parse(text, Path::new("the exported file"))?;
     let [low, high] = grid.ends.load;
     let loads = [low, tyre.load(), high];
     let over = |points: Points, of: fn(&Output) -> f64| {

@@ -12,6 +12,7 @@ use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use super::validity::Validity;
 use crate::contract::coefficient::Coefficient as C;
+use crate::report::export::error::Error;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, Status};
 
@@ -55,7 +56,7 @@ impl File {
     pub(crate) fn coefficient(
         &mut self,
         key: &str,
-        value: Result<(f64, &Coefficient), String>,
+        value: Result<(f64, &Coefficient), Error>,
         factor: f64,
     ) {
         match value {

@@ -11,6 +11,7 @@ use super::over_load::OverLoad;
 use super::shape::{Apply, Force, Shape, solve};
 use super::tyre::Characterised;
 use super::validity::Validity;
+use crate::report::export::error::Error;
 use crate::tyre::mf_mc::MfMc;
 use crate::tyre::tyre::trail_0;
 use crate::tyre::tyre_model::TyreModel;
@@ -27,7 +28,7 @@ pub(crate) const PEAK: f64 = 1.15;
 ///
 /// # Errors
 /// A sentence: the fit does not come to an end.
-pub(crate) fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
+pub(crate) fn motorcycle(tyre: &Characterised) -> Result<MfMc, Error> {
     let over_load = OverLoad::of(tyre);
     let mut set = start(tyre, &over_load);
     lateral(tyre, &mut set, &over_load)?;
@@ -173,14 +174,14 @@ pub(crate) fn proportional(gain: f64) -> f64 {
     if gain < 0.0 { (-2.0 / gain - 1.0).max(1.0).sqrt().min(PKY3) } else { PKY3 }
 }
 
-fn lateral(c: &Characterised, set: &mut MfMc, over_load: &OverLoad) -> Result<(), String> {
+fn lateral(c: &Characterised, set: &mut MfMc, over_load: &OverLoad) -> Result<(), Error> {
     lateral_at_nominal(c, set)?;
     set.pKy[6] = set.pKy[5] * over_load.side_force_gain();
     Ok(())
 }
 
 /// At the nominal load.
-fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
+fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), Error> {
     let validity = Validity::of(c);
     let (peak, g2) = (validity.peak, validity.ends.camber.powi(2));
     let stiffness = set.pKy[0];
@@ -230,7 +231,7 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
     )
 }
 
-fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
+fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), Error> {
     let apply: Apply<MfMc> = |set, x| {
         set.rBx = [x[0], x[1]];
         set.rCx1 = x[2];

@@ -15,6 +15,7 @@ use super::over_load::OverLoad;
 use super::shape::{Apply, Force, Shape, solve};
 use super::tyre::Characterised;
 use super::validity::Validity;
+use crate::report::export::error::Error;
 use crate::tyre::keys::Keys;
 use crate::tyre::mf_62::Mf62;
 use crate::tyre::tyre_model::TyreModel;
@@ -26,7 +27,7 @@ pub(crate) const PKY2: f64 = 20.0;
 ///
 /// # Errors
 /// A sentence: the fit does not come to an end.
-pub(crate) fn magic_formula_62(c: &Characterised) -> Result<Mf62, String> {
+pub(crate) fn magic_formula_62(c: &Characterised) -> Result<Mf62, Error> {
     let over_load = OverLoad::of(c);
     let mut set = start(c, &over_load)?;
     lateral(c, &mut set)?;
@@ -62,7 +63,7 @@ fn on_a_road_of_one(set: &mut Mf62, friction: f64) {
 }
 
 /// What follows in closed form.
-fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, String> {
+fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, Error> {
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
     let mf = &t.friction;
@@ -113,7 +114,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, String> {
         ("SSZ3", arm * t.overturning_stiffness / radius),
         ("QSY1", t.rolling_resistance),
     ]);
-    Mf62::from_keys(&keys).map_err(|e| format!("the property file's fit failed: {e}"))
+    Mf62::from_keys(&keys).map_err(|e| Error::Fit(e.to_string()))
 }
 
 /// `a, b` with which `a x + b x |x|` is closest to a function of camber in least squares, `x` being what the form has
@@ -136,7 +137,7 @@ fn odd_terms(c: &Characterised, wanted: fn(f64) -> f64, x: fn(f64) -> f64) -> [f
 }
 
 /// At the nominal load.
-fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
+fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), Error> {
     let validity = Validity::of(c);
     let (peak, g2) = (validity.peak, validity.ends.camber.sin().powi(2));
     let (stiffness, camber, pky2) = (set.pKy[0], set.pKy[5], set.pKy[1]);
@@ -192,7 +193,7 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
 }
 
 /// The camber's share is relative: the weighting keeps its sense at every camber.
-fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
+fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), Error> {
     let [b1, b2, curve] = COMBINED;
     let bounds = [b1, b2, curve, (-0.9, 5.0), (-10.0, 1.0)];
     let starts = [vec![8.0, 8.0, 0.95, 0.0, 0.0], vec![30.0, 30.0, 0.95, 0.0, 0.0]];

@@ -10,6 +10,7 @@ use super::effects::{Named, Place};
 use super::ranges::Ranges;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
+use crate::report::export::error::Error;
 use crate::report::tables;
 use crate::simulate::effects::models::Models;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status};
@@ -33,13 +34,13 @@ impl Fitted {
     ///
     /// # Errors
     /// A sentence: a table cannot be read, no session has the id, or several have.
-    pub fn read(out: &Path, session_id: &str, bike_id: Option<&str>) -> Result<Self, String> {
-        let sessions = tables::sessions(out).map_err(|e| e.to_string())?;
+    pub fn read(out: &Path, session_id: &str, bike_id: Option<&str>) -> Result<Self, Error> {
+        let sessions = tables::sessions(out)?;
         if sessions.is_empty() {
-            return Err(format!(
+            return Err(Error::Session(format!(
                 "{} holds no `sessions` table; name the folder that `roadbench run --out` wrote",
                 out.display()
-            ));
+            )));
         }
         let mut found: Vec<&SessionRow> = sessions
             .iter()
@@ -51,19 +52,18 @@ impl Fitted {
             (Some(last), false) => {
                 let bikes: Vec<&str> =
                     found.iter().chain([&last]).map(|s| s.ident.bike_id.as_str()).collect();
-                return Err(format!(
+                return Err(Error::Session(format!(
                     "several bikes have a session `{session_id}`: say which with --bike ({})",
                     bikes.join(", ")
-                ));
+                )));
             }
-            (None, _) => return Err(unknown(session_id, bike_id, &sessions)),
+            (None, _) => return Err(Error::Session(unknown(session_id, bike_id, &sessions))),
         };
-        let coefficients = tables::coefficients(out)
-            .map_err(|e| e.to_string())?
+        let coefficients = tables::coefficients(out)?
             .into_iter()
             .filter(|c| c.ident.key() == session.ident.key())
             .collect();
-        let ranges = Ranges::read(out, &session.ident).map_err(|e| e.to_string())?;
+        let ranges = Ranges::read(out, &session.ident)?;
         Ok(Fitted { session, coefficients, ranges, named: Vec::new() })
     }
 
@@ -71,8 +71,8 @@ impl Fitted {
     ///
     /// # Errors
     /// A table cannot be read.
-    pub fn with_models(mut self, out: &Path, models: &Models) -> Result<Self, String> {
-        let warnings = tables::warnings(out).map_err(|e| e.to_string())?;
+    pub fn with_models(mut self, out: &Path, models: &Models) -> Result<Self, Error> {
+        let warnings = tables::warnings(out)?;
         self.named = Named::all(models, &self.session, &warnings);
         Ok(self)
     }
@@ -96,7 +96,7 @@ impl Fitted {
         &self,
         part: impl Into<Part>,
         coefficient: C,
-    ) -> Result<(f64, &Coefficient), String> {
+    ) -> Result<(f64, &Coefficient), Error> {
         let part = part.into();
         let row = self.row(part, coefficient);
         match row.and_then(|c| Some((c.value?, c))) {
@@ -110,10 +110,10 @@ impl Fitted {
                         c.why().map(|r| format!(": {r}")).unwrap_or_default()
                     ),
                 };
-                Err(format!(
+                Err(Error::NoValue(format!(
                     "session `{}` has no value of `{coefficient}` for `{part}` ({why})",
                     self.session.ident.session_id
-                ))
+                )))
             }
         }
     }
@@ -124,7 +124,7 @@ impl Fitted {
     ///
     /// # Errors
     /// A sentence: the session has no coefficients of that tyre.
-    pub fn to_toml(&self, tyre: Option<&str>, at_rest: &[(Axle, f64)]) -> Result<String, String> {
+    pub fn to_toml(&self, tyre: Option<&str>, at_rest: &[(Axle, f64)]) -> Result<String, Error> {
         let mut sections = Vec::new();
         for name in Part::ALL.map(Part::name) {
             if tyre.is_some_and(|t| t != name) {
@@ -137,11 +137,11 @@ impl Fitted {
             }
         }
         if sections.is_empty() {
-            return Err(format!(
+            return Err(Error::NoValue(format!(
                 "session `{}` has no coefficients{}",
                 self.session.ident.session_id,
                 tyre.map(|t| format!(" for `{t}`")).unwrap_or_default()
-            ));
+            )));
         }
         let ranges = [("front", &self.ranges[0]), ("rear", &self.ranges[1])]
             .into_iter()
@@ -153,7 +153,7 @@ impl Fitted {
         let at_rest = at_rest.iter().map(|(axle, d)| (axle.name(), *d)).collect();
         let document =
             Document { session: Head::of(&self.session), sections, ranges, at_rest, effects };
-        let body = toml::to_string(&document).map_err(|e| format!("cannot write TOML: {e}"))?;
+        let body = toml::to_string(&document)?;
         Ok(format!(
             "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes: in a left-hand corner\n\
              # camber is negative and the side force positive; a slip ratio is positive driving.\n\

@@ -19,6 +19,8 @@ use super::numbers;
 use super::tyre::Characterised;
 use super::{csv, header};
 
+use crate::report::export::error::Error;
+
 /// `fmu.c`, whose value references are those of [`VARIABLES`].
 const SOURCE: &str = include_str!("fmu.c");
 /// Name of the library that an importer makes.
@@ -80,7 +82,7 @@ const UNITS: [(&str, &[(&str, &str)]); 11] = [
 ///
 /// # Errors
 /// A sentence that names the half of the tyre that was not ridden: the unit evaluates whole tyres.
-pub(crate) fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, String> {
+pub(crate) fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, Error> {
     let header = header::write(fitted, std::slice::from_ref(tyre))?;
     // of the tyre and the interface alone: the same unit of the same session, on any day
     let token = blake3::hash([header.as_bytes(), SOURCE.as_bytes()].concat().as_slice()).to_hex();
@@ -115,8 +117,8 @@ pub(crate) fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, St
     Ok(bytes)
 }
 
-fn failed(error: impl std::fmt::Display) -> String {
-    format!("cannot write the simulation unit: {error}")
+fn failed(error: impl std::fmt::Display) -> Error {
+    Error::Packing(format!("cannot write the simulation unit: {error}"))
 }
 
 type Xml = Writer<Vec<u8>>;

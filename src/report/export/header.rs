@@ -8,18 +8,20 @@ use super::fitted::Fitted;
 use super::numbers::{self, Number};
 use super::tyre::{Characterised, effects_of};
 
+use crate::report::export::error::Error;
+
 const TEMPLATE: &str = include_str!("tyre.h");
 
 /// The header of some tyres of one session.
 ///
 /// # Errors
 /// A sentence that names the tyre of which a half was not ridden: the header evaluates whole tyres.
-pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String> {
+pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, Error> {
     let session = &fitted.session;
     let mut constants = String::new();
     for tyre in tyres {
         if let Some(half) = tyre.missing_half() {
-            return Err(half);
+            return Err(Error::NoValue(half));
         }
         constants.push_str(&self::tyre(tyre));
     }

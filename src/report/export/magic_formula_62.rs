@@ -11,6 +11,7 @@ use super::fitted::Fitted;
 use super::reduced::GAIN;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::export::error::Error;
 use crate::tyre::mf_62::Mf62;
 
 /// The property file of one tyre, and how well it gives the tyre back.
@@ -21,7 +22,7 @@ pub(crate) fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,
-) -> Result<(String, LargestErrors), String> {
+) -> Result<(String, LargestErrors), Error> {
     let set = fit_62::magic_formula_62(c)?;
     let body = body(fitted, c, setting, &set);
     let worst = check::largest_errors(&body, c, c.with_bike)?;

@@ -20,6 +20,7 @@ pub(crate) mod check;
 pub(crate) mod csv;
 pub(crate) mod effects;
 pub(crate) mod ends;
+pub(crate) mod error;
 pub(crate) mod file;
 pub(crate) mod fit;
 pub(crate) mod fit_62;

@@ -14,6 +14,7 @@ use super::fitted::Fitted;
 use super::reduced::GAIN;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::export::error::Error;
 use crate::tyre::mf_mc::MfMc;
 
 /// What the relaxation length of the slip ratio loses with the nominal load once more: `Fz (1 - x dfz)` is closest to
@@ -28,7 +29,7 @@ pub fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,
-) -> Result<(String, LargestErrors), String> {
+) -> Result<(String, LargestErrors), Error> {
     let set = fit::motorcycle(c)?;
     let body = body(fitted, c, setting, &set);
     let worst = check::largest_errors(&body, c, c.with_bike)?;

@@ -25,6 +25,7 @@ use super::fitted::Fitted;
 use super::over_load::OverLoad;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::export::error::Error;
 
 /// Where `PKX2` comes from.
 pub(crate) const GAIN: &str = "PKX1 times slip_stiffness_load";
@@ -37,7 +38,7 @@ pub fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,
-) -> Result<(String, Option<LargestErrors>), String> {
+) -> Result<(String, Option<LargestErrors>), Error> {
     let body = body(fitted, c, setting);
     let mut top = File::default();
     file::head(&mut top, fitted, c, "Magic Formula 6.2, reduced set");

@@ -8,6 +8,7 @@
 use super::grid::Grid;
 use super::tyre::Characterised;
 use super::validity::Validity;
+use crate::report::export::error::Error;
 use crate::statistics::nonlinear::{self, Model, Options};
 use crate::tyre::tyre::{Input, Output};
 
@@ -90,7 +91,7 @@ pub(crate) fn solve<S: Clone>(
     set: &mut S,
     points: Points,
     shape: &Shape<'_, S>,
-) -> Result<(), String> {
+) -> Result<(), Error> {
     let load = c.load();
     let peak = Validity::of(c).peak * load;
     let of = shape.force.1;
@@ -112,9 +113,9 @@ pub(crate) fn solve<S: Clone>(
     let options = Options { tuning: f64::INFINITY, least_gain: 1e-5, ..Options::default() };
     let fit = |curve: &Curve<'_, S>, starts: &[Vec<f64>]| {
         nonlinear::fit(curve, starts, Some(shape.bounds), &options)
-            .map_err(|e| format!("the property file's fit failed: {e}"))
+            .map_err(|e| Error::Fit(e.to_string()))
     };
-    let shaped = |heavier: f64| -> Result<Vec<f64>, String> {
+    let shaped = |heavier: f64| -> Result<Vec<f64>, Error> {
         let beyond = heavier * shape.beyond * share / largest;
         let scale: Vec<f64> = (0..inputs.len())
             .map(|i| if i < first_beyond { 1.0 / largest } else { beyond })

@@ -7,6 +7,7 @@ use super::ends::{Ends, steps};
 use super::file::{LONGVL, one_line};
 use super::fitted::Fitted;
 use super::tyre::Characterised;
+use crate::report::export::error::Error;
 use crate::tyre::tydex::Point;
 use crate::tyre::tydex::write::{Head, write as text};
 use crate::tyre::tyre::Input;
@@ -23,9 +24,9 @@ const NO_CHANNEL: [&str; 4] = ["rolling_speed", "radius_load", "radius_camber", 
 ///
 /// # Errors
 /// A sentence: a half of the tyre was not ridden.
-pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, String> {
+pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, Error> {
     if let Some(half) = c.missing_half() {
-        return Err(half);
+        return Err(Error::NoValue(half));
     }
     let session = &fitted.session;
     let mut header = vec![

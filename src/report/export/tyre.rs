@@ -5,6 +5,7 @@ use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::contract::bike::{Axle, Bike, WheelData};
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::export::error::Error;
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
 use crate::tyre::custom::Custom;
@@ -101,14 +102,14 @@ impl Characterised {
     /// # Errors
     /// A sentence that names what the ride did not give, where neither half was ridden or the
     /// rolling radius is missing.
-    pub fn new(fitted: &Fitted, axle: Axle, setting: &Setting<'_>) -> Result<Self, String> {
+    pub fn new(fitted: &Fitted, axle: Axle, setting: &Setting<'_>) -> Result<Self, Error> {
         let part = Part::from(axle);
         let value = |part: Part, c: C| fitted.row(part, c).and_then(|c| c.value);
         let (radius, _) = fitted.value(part, C::EffectiveRollingRadius)?;
         let missing = |half: &[C]| half.iter().copied().find(|c| value(part, *c).is_none());
         let (no_x, no_y) = (missing(&LONGITUDINAL), missing(&LATERAL));
         if let (Some(x), Some(_)) = (no_x, no_y) {
-            return Err(fitted.value(part, x).err().unwrap_or_default());
+            fitted.value(part, x)?;
         }
         let plain = stand_in_wheel(radius);
         let wheel = setting.bike.map_or(&plain, |bike| bike.wheel(axle));
@@ -117,8 +118,9 @@ impl Characterised {
         let get = |c: C| value(part, c).or_else(|| stand_in(c, radius, wheel));
         let load = setting.nominal(axle);
         let rest = setting.at_rest(axle);
-        let mut tyre = Custom::characterised(get, wheel, rest, rolling, setting.friction)
-            .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
+        let mut tyre = Custom::characterised(get, wheel, rest, rolling, setting.friction).map_err(
+            |source| Error::Tyre { session: fitted.session.ident.session_id.clone(), source },
+        )?;
         let ranges = fitted.ridden(axle).clone();
         if let Some(upright) = value(part, C::CorneringStiffness0).filter(|_| no_y.is_none()) {
             let curve = ranges.stiffness_over_camber.last().copied();

@@ -8,6 +8,7 @@ use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use super::{csv, fmu, header, magic_formula_62, motorcycle, reduced, tydex};
 use crate::contract::bike::{Axle, Bike};
+use crate::report::export::error::Error;
 use crate::simulate::effects::models::Models;
 use crate::simulate::effects::tyre_file::CROWN;
 use crate::simulate::effects::{ALL, Effect};
@@ -111,15 +112,18 @@ impl Written {
 ///
 /// # Errors
 /// A sentence: the session or its tyre is not there, or what the format needs is missing.
-pub fn write(request: &Request<'_>) -> Result<Written, String> {
+pub fn write(request: &Request<'_>) -> Result<Written, Error> {
     let axle = request.tyre.map(Axle::from);
     if let Some(load) = request.load
         && !(load > 0.0 && load.is_finite())
     {
-        return Err(format!("--load {load} must be a positive force in N"));
+        return Err(Error::Option(format!("--load {load} must be a positive force in N")));
     }
     if !(0.01..=3.0).contains(&request.friction) {
-        return Err(format!("--friction {} is not between 0.01 and 3", request.friction));
+        return Err(Error::Option(format!(
+            "--friction {} is not between 0.01 and 3",
+            request.friction
+        )));
     }
     let mut fitted = Fitted::read(request.out, request.session, request.bike)?;
     if let Some(models) = request.models {
@@ -136,12 +140,18 @@ pub fn write(request: &Request<'_>) -> Result<Written, String> {
         friction: request.friction,
         named: &fitted.named,
     };
-    let one = || axle.ok_or("this file holds one tyre: say --tyre front or --tyre rear".to_owned());
+    let one = || {
+        axle.ok_or_else(|| {
+            Error::Option("this file holds one tyre: say --tyre front or --tyre rear".to_owned())
+        })
+    };
     let needs = |what: &str| match &bike {
         Some(_) => Ok(()),
-        None => Err(format!("{what} needs the bike file's stiffness and load: say --bikes FOLDER")),
+        None => Err(Error::Option(format!(
+            "{what} needs the bike file's stiffness and load: say --bikes FOLDER"
+        ))),
     };
-    let tyres = || -> Result<Vec<Characterised>, String> {
+    let tyres = || -> Result<Vec<Characterised>, Error> {
         let all = axle.map_or(vec![Axle::Front, Axle::Rear], |one| vec![one]);
         all.into_iter().map(|axle| Characterised::new(&fitted, axle, &setting)).collect()
     };
@@ -202,7 +212,7 @@ fn property_file(
     tyre: &Characterised,
     setting: &Setting<'_>,
     set: Set,
-) -> Result<String, String> {
+) -> Result<String, Error> {
     let (text, worst) = match (set, tyre.missing_half()) {
         (Set::Motorcycle, None) => {
             let (text, worst) = motorcycle::write(fitted, tyre, setting)?;
@@ -225,11 +235,11 @@ fn property_file(
 }
 
 /// The paper's tyre with all that a simulator needs.
-fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, String> {
+fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, Error> {
     if let Some(half) = tyre.missing_half() {
-        return Err(half);
+        return Err(Error::NoValue(half));
     }
-    let text = toml::to_string(&tyre.tyre).map_err(|e| format!("cannot write TOML: {e}"))?;
+    let text = toml::to_string(&tyre.tyre)?;
     let mut file = format!(
         "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n",
         tyre.axle.name(),
@@ -255,9 +265,9 @@ fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, String> {
 }
 
 /// The bike's file; an id from a table never leads out of the folder.
-fn bike_file(folder: &Path, bike_id: &str) -> Result<Bike, String> {
+fn bike_file(folder: &Path, bike_id: &str) -> Result<Bike, Error> {
     if bike_id.is_empty() || bike_id.contains(['/', '\\', '\0']) || bike_id.starts_with('.') {
-        return Err(format!("`{bike_id}` cannot be the name of a bike file"));
+        return Err(Error::Option(format!("`{bike_id}` cannot be the name of a bike file")));
     }
-    Bike::read(&folder.join(format!("{bike_id}.toml"))).map_err(|e| e.to_string())
+    Ok(Bike::read(&folder.join(format!("{bike_id}.toml")))?)
 }

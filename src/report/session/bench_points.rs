@@ -19,7 +19,7 @@ use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, FRICTION_Y_SLIP};
 use crate::report::plots::plot::Plot;
 use crate::store::tables::read;
 use crate::tyre::tydex::read::parse;
-use crate::tyre::tydex::{Bench, Point};
+use crate::tyre::tydex::{self, Bench, Point};
 
 /// Slip angle, rad, slip ratio and camber, rad, up to which there is none.
 const NO_SLIP_ANGLE: f64 = 0.0045;
@@ -47,8 +47,8 @@ pub(crate) fn file_name(axle: Axle) -> String {
 ///
 /// # Errors
 /// A sentence with file and line.
-pub(crate) fn check(bytes: &[u8], path: &Path) -> Result<Bench, String> {
-    parse(bytes, path).map_err(|e| e.to_string())
+pub(crate) fn check(bytes: &[u8], path: &Path) -> Result<Bench, tydex::Error> {
+    parse(bytes, path)
 }
 
 impl BenchPoints {
@@ -66,7 +66,8 @@ impl BenchPoints {
             let fail =
                 |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
             let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
-            points.tyres[axle as usize] = check(&bytes, &path).map_err(fail)?.points;
+            points.tyres[axle as usize] =
+                check(&bytes, &path).map_err(|e| fail(e.to_string()))?.points;
             points.text += &String::from_utf8_lossy(&bytes);
         }
         Ok(points)

@@ -20,6 +20,7 @@ use crate::report::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::session::bench_points::BenchPoints;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::objects::files::read_text;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::read;
 
 /// File name in the output folder.
@@ -56,7 +57,7 @@ pub(crate) fn read(out: &Path) -> Result<BenchValues, Error> {
         let fail =
             |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
         let text = read_text(&path).map_err(|e| fail(e.to_string()))?;
-        bench = parse(&text).map_err(fail)?;
+        bench = parse(&text).map_err(|e| fail(e.to_string()))?;
     }
     bench.points = BenchPoints::read(out)?;
     bench.text += &bench.points.text;
@@ -67,25 +68,28 @@ pub(crate) fn read(out: &Path) -> Result<BenchValues, Error> {
 ///
 /// # Errors
 /// The row and what is wrong with it.
-pub(crate) fn parse(text: &str) -> Result<BenchValues, String> {
+pub(crate) fn parse(text: &str) -> Result<BenchValues, Mismatch> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let names = reader.headers().map_err(|e| e.to_string())?.clone();
+    let names = reader.headers().map_err(|e| Mismatch::from(e.to_string()))?.clone();
     let known = ["bike_id", "tyre", "coefficient", "camber", "value", "std_error"];
     if let Some(odd) = names.iter().find(|n| !known.contains(n)) {
-        return Err(format!("column `{odd}` is unknown; known are {}", known.join(", ")));
+        return Err(Mismatch::from(format!(
+            "column `{odd}` is unknown; known are {}",
+            known.join(", ")
+        )));
     }
     let place = |name: &str| names.iter().position(|n| n == name);
     for name in ["tyre", "coefficient", "value"] {
         if place(name).is_none() {
-            return Err(format!("it has no column `{name}`"));
+            return Err(Mismatch::from(format!("it has no column `{name}`")));
         }
     }
     let mut values = Vec::new();
     for (i, record) in reader.records().enumerate() {
         let line = i + 2;
-        let record = record.map_err(|e| format!("line {line}: {e}"))?;
+        let record = record.map_err(|e| Mismatch::from(format!("line {line}: {e}")))?;
         let cell = |name: &str| place(name).and_then(|p| record.get(p)).unwrap_or_default();
-        let number = |name: &str| -> Result<Option<f64>, String> {
+        let number = |name: &str| -> Result<Option<f64>, Mismatch> {
             match cell(name) {
                 "" => Ok(None),
                 text => text
@@ -94,25 +98,28 @@ pub(crate) fn parse(text: &str) -> Result<BenchValues, String> {
                     .ok()
                     .filter(|v: &Option<f64>| v.is_some_and(f64::is_finite))
                     .ok_or_else(|| {
-                        format!("line {line}, column `{name}`: `{text}` is not a number")
+                        Mismatch::from(format!(
+                            "line {line}, column `{name}`: `{text}` is not a number"
+                        ))
                     }),
             }
         };
         let (tyre, coefficient) = (cell("tyre"), cell("coefficient"));
         if Part::from_name(tyre).is_none() {
-            return Err(format!(
+            return Err(Mismatch::from(format!(
                 "line {line}, column `tyre`: `{tyre}` is not front, rear or vehicle"
-            ));
+            )));
         }
         if C::from_name(coefficient).is_none() {
             let names = C::ALL.iter().map(|c| c.name());
             let near = crate::contract::schema::closest(coefficient, names);
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            return Err(format!(
+            return Err(Mismatch::from(format!(
                 "line {line}, column `coefficient`: `{coefficient}` is unknown{hint}"
-            ));
+            )));
         }
-        let value = number("value")?.ok_or_else(|| format!("line {line}: no value"))?;
+        let value =
+            number("value")?.ok_or_else(|| Mismatch::from(format!("line {line}: no value")))?;
         values.push(Value {
             bike: cell("bike_id").to_owned(),
             tyre: tyre.to_owned(),
@@ -221,10 +228,14 @@ mod tests {
 
     #[test]
     fn a_wrong_row_is_named() {
-        let wrong = |row: &str| parse(&format!("tyre,coefficient,value\n{row}\n")).expect_err(row);
+        let wrong = |row: &str| {
+            parse(&format!("tyre,coefficient,value\n{row}\n")).expect_err(row).to_string()
+        };
         assert!(wrong("middle,mf_d,1").starts_with("line 2, column `tyre`: `middle`"));
         assert!(wrong("rear,mf_dd,1").ends_with("did you mean `mf_d`?"));
         assert!(wrong("rear,mf_d,wide").contains("`wide` is not a number"));
-        assert!(parse("tyre,value\n").expect_err("no column").contains("`coefficient`"));
+        assert!(
+            parse("tyre,value\n").expect_err("no column").to_string().contains("`coefficient`")
+        );
     }
 }

@@ -300,7 +300,8 @@ mod tests {
     #[test]
     fn a_session_has_one_model() {
         let twice = [model("s1", "a", &[]), model("s1", "a", &[])];
-        let message = Models::of_many(twice, &PooledEffects::default()).expect_err("two");
+        let message =
+            Models::of_many(twice, &PooledEffects::default()).expect_err("two").to_string();
         assert!(message.contains("`s1`"), "{message}");
     }
 

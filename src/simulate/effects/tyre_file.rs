@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        let refused = |more: &str| parse(&file(more)).expect_err("refused");
+        let refused = |more: &str| parse(&file(more)).expect_err("refused").to_string();
         for (more, says) in [
             ("\n[effects]\nfriction_laod = 0.1", "did you mean `friction_load`?"),
             (

@@ -14,12 +14,13 @@ use serde::ser::{self, Impossible, Serialize, Serializer};
 
 use crate::contract::instant;
 use crate::contract::schema::{Column, Table};
+use crate::store::tables::mismatch::Mismatch;
 
 /// Rows as a batch of their table's schema.
 ///
 /// # Errors
 /// A sentence: a field that the schema lacks, one that it requires and the row has not, or a value of another type.
-pub(super) fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, String> {
+pub(super) fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Mismatch> {
     let growing = table.columns.iter().map(|c| Growing::of(c, rows.len())).collect();
     let given = vec![false; table.columns.len()];
     let mut columns =
@@ -29,8 +30,8 @@ pub(super) fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBat
         columns.end_row()?;
     }
     let arrays: Vec<ArrayRef> =
-        columns.growing.into_iter().map(Growing::finish).collect::<Result<_, String>>()?;
-    RecordBatch::try_new(table.arrow(), arrays).map_err(|e| e.to_string())
+        columns.growing.into_iter().map(Growing::finish).collect::<Result<_, Mismatch>>()?;
+    RecordBatch::try_new(table.arrow(), arrays).map_err(|e| Mismatch::from(e.to_string()))
 }
 
 /// One value of a row.
@@ -85,7 +86,7 @@ impl Growing {
         true
     }
 
-    fn finish(self) -> Result<ArrayRef, String> {
+    fn finish(self) -> Result<ArrayRef, Mismatch> {
         Ok(match self {
             Growing::Float(mut b) => Arc::new(b.finish()),
             Growing::Int(mut b) => Arc::new(b.finish()),
@@ -134,15 +135,15 @@ impl Columns<'_> {
         }
     }
 
-    fn end_row(&mut self) -> Result<(), String> {
+    fn end_row(&mut self) -> Result<(), Mismatch> {
         if self.missing > 0 {
             let columns = self.growing.iter_mut().zip(&self.table.columns);
             for ((growing, column), _) in columns.zip(&self.given).filter(|(_, given)| !**given) {
                 if !column.nullable {
-                    return Err(format!(
+                    return Err(Mismatch::from(format!(
                         "row {}: no value for column `{}`",
                         self.rows, column.name
-                    ));
+                    )));
                 }
                 growing.push(Scalar::Null);
             }

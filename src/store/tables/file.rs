@@ -18,6 +18,7 @@ use crate::contract::schema::Table;
 use crate::store::objects::Location;
 pub(crate) use crate::store::objects::replace::TEMPORARY;
 use crate::store::tables::columns;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::registry::Row;
 
 /// Why a table could not be written.
@@ -32,12 +33,12 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The rows do not fit the schema: our own mistake.
-    #[error("table `{table}`: {message}")]
+    #[error("table `{table}`: {source}")]
     Encode {
         /// The table.
         table: String,
         /// What does not fit.
-        message: String,
+        source: Mismatch,
     },
 }
 
@@ -51,7 +52,7 @@ pub fn batch<R: Row>(rows: &[R]) -> Result<RecordBatch, Error> {
 
 fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Error> {
     columns::batch(table, rows)
-        .map_err(|message| Error::Encode { table: table.name.clone(), message })
+        .map_err(|source| Error::Encode { table: table.name.clone(), source })
 }
 
 /// A batch in the types of its table's schema: of one whose instants are texts, or that an earlier roadbench wrote, whose
@@ -59,17 +60,17 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
 ///
 /// # Errors
 /// A sentence: a column is missing or of another type.
-pub(crate) fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
+pub(crate) fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, Mismatch> {
     let columns: Vec<ArrayRef> = table
         .columns
         .iter()
         .map(|column| match batch.column_by_name(&column.name) {
             Some(array) => conform_column(&column.name, array, &column.data_type()),
             None if column.nullable => Ok(new_null_array(&column.data_type(), batch.num_rows())),
-            None => Err(format!("it has no column `{}`", column.name)),
+            None => Err(Mismatch::from(format!("it has no column `{}`", column.name))),
         })
-        .collect::<Result<_, String>>()?;
-    RecordBatch::try_new(table.arrow(), columns).map_err(|e| e.to_string())
+        .collect::<Result<_, Mismatch>>()?;
+    RecordBatch::try_new(table.arrow(), columns).map_err(|e| Mismatch::from(e.to_string()))
 }
 
 /// A column in a type of its table. No cast of arrow's puts a zone on an instant or takes its text with one: that would
@@ -78,12 +79,12 @@ pub(super) fn conform_column(
     name: &str,
     array: &ArrayRef,
     to: &DataType,
-) -> Result<ArrayRef, String> {
+) -> Result<ArrayRef, Mismatch> {
     if array.data_type() == to {
         return Ok(Arc::clone(array));
     }
     let cast = |array: &ArrayRef, to: &DataType| {
-        cast(array, to).map_err(|e| format!("column `{name}`: {e}"))
+        cast(array, to).map_err(|e| Mismatch::from(format!("column `{name}`: {e}")))
     };
     match (array.data_type(), to) {
         // a text that is no time is no reason to lose the row
@@ -138,7 +139,7 @@ pub fn to_bytes<R: Row>(rows: &[R]) -> Result<Vec<u8>, Error> {
 /// Parquet cannot hold it: our own mistake.
 pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error> {
     encode(batch.schema(), [Ok(batch.clone())])
-        .map_err(|message| Error::Encode { table: table.to_owned(), message })
+        .map_err(|source| Error::Encode { table: table.to_owned(), source })
 }
 
 /// Batches one after the other, as the bytes of one Parquet file of their table.
@@ -151,9 +152,9 @@ pub(crate) fn batches_to_bytes(table: &Table, batches: &[RecordBatch]) -> Result
     let schema = table.arrow();
     let whole = chunks
         .flat_map(|some| some.chunks(TOGETHER))
-        .map(|some| concat_batches(&schema, some).map_err(|e| e.to_string()));
+        .map(|some| concat_batches(&schema, some).map_err(|e| Mismatch::from(e.to_string())));
     encode(Arc::clone(&schema), whole)
-        .map_err(|message| Error::Encode { table: table.name.clone(), message })
+        .map_err(|source| Error::Encode { table: table.name.clone(), source })
 }
 
 /// Writes rows as one Parquet file of their table, whole or not at all.
@@ -184,9 +185,9 @@ const GROUP_ROWS: usize = 1 << 17;
 
 fn encode(
     schema: SchemaRef,
-    batches: impl IntoIterator<Item = Result<RecordBatch, String>>,
-) -> Result<Vec<u8>, String> {
-    let level = ZstdLevel::try_new(3).map_err(|e| e.to_string())?;
+    batches: impl IntoIterator<Item = Result<RecordBatch, Mismatch>>,
+) -> Result<Vec<u8>, Mismatch> {
+    let level = ZstdLevel::try_new(3).map_err(|e| Mismatch::from(e.to_string()))?;
     // measured numbers hardly ever repeat: a dictionary of them is slower to make, and larger
     let measured = schema.fields().iter().filter(|field| *field.data_type() == DataType::Float64);
     let properties = measured
@@ -201,12 +202,12 @@ fn encode(
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .build();
     let mut bytes = Vec::new();
-    let mut writer =
-        ArrowWriter::try_new(&mut bytes, schema, Some(properties)).map_err(|e| e.to_string())?;
+    let mut writer = ArrowWriter::try_new(&mut bytes, schema, Some(properties))
+        .map_err(|e| Mismatch::from(e.to_string()))?;
     for batch in batches {
-        writer.write(&batch?).map_err(|e| e.to_string())?;
+        writer.write(&batch?).map_err(|e| Mismatch::from(e.to_string()))?;
     }
-    writer.close().map_err(|e| e.to_string())?;
+    writer.close().map_err(|e| Mismatch::from(e.to_string()))?;
     Ok(bytes)
 }
 

@@ -8,6 +8,7 @@ mod columns;
 pub(crate) mod file;
 pub(crate) mod ident;
 pub(crate) mod lap_rows;
+pub(crate) mod mismatch;
 pub(crate) mod names;
 pub(crate) mod output;
 pub(crate) mod read;

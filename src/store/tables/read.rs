@@ -28,6 +28,7 @@ use super::file;
 use super::registry::{Row, TableSpec};
 use crate::contract::instant;
 use crate::store::objects::Location;
+use crate::store::tables::mismatch::Mismatch;
 
 /// A table's file cannot be read, or has not the columns of its schema.
 #[derive(Debug, thiserror::Error)]
@@ -84,8 +85,8 @@ pub(crate) fn rows_of<R: Row + DeserializeOwned>(
     file: Vec<u8>,
 ) -> Result<Vec<R>, Error> {
     let path = PathBuf::from(at.to_string());
-    let batches =
-        batches_of(Bytes::from(file)).map_err(|message| Error { path: path.clone(), message })?;
+    let batches = batches_of(Bytes::from(file))
+        .map_err(|e| Error { path: path.clone(), message: e.to_string() })?;
     let mut rows = Vec::new();
     for batch in batches {
         take(&path, &batch, &|_, _| true, &mut rows)?;
@@ -105,11 +106,11 @@ pub(crate) fn newer_schema(spec: &TableSpec, file: impl ChunkReader + 'static) -
 ///
 /// # Errors
 /// It cannot be read.
-pub fn batches_of(file: Bytes) -> Result<Vec<RecordBatch>, String> {
+pub fn batches_of(file: Bytes) -> Result<Vec<RecordBatch>, Mismatch> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(file)
         .and_then(ParquetRecordBatchReaderBuilder::build)
-        .map_err(|e| e.to_string())?;
-    reader.map(|batch| batch.map_err(|e| e.to_string())).collect()
+        .map_err(|e| Mismatch::from(e.to_string()))?;
+    reader.map(|batch| batch.map_err(|e| Mismatch::from(e.to_string()))).collect()
 }
 
 /// Adds the wanted rows of a batch.
@@ -217,7 +218,7 @@ impl Columns {
             match batch.column_by_name(&column.name) {
                 Some(array) => {
                     let array = file::conform_column(&column.name, array, &column.data_type())
-                        .map_err(fail)?;
+                        .map_err(|e| fail(e.to_string()))?;
                     columns.insert(column.name.as_str(), array);
                 }
                 None if column.nullable => {}

@@ -1,6 +1,7 @@
 //! One line of a channel or a constant: fixed columns, and what vendors make of them.
 
 use super::channel::Meaning;
+use super::fault::Fault;
 
 /// First columns of the fields, from 0.
 const DESCRIPTION: usize = 10;
@@ -41,7 +42,7 @@ impl Entry {
     ///
     /// # Errors
     /// A sentence: a channel that is needed has a unit that is not known, or numbers that are none.
-    pub(crate) fn parse(line: &str) -> Result<Self, String> {
+    pub(crate) fn parse(line: &str) -> Result<Self, Fault> {
         let name = columns(line, 0, DESCRIPTION);
         let name = name.split_whitespace().next().unwrap_or_default().to_owned();
         let meaning = Meaning::of(&name);
@@ -63,10 +64,10 @@ impl Entry {
         };
         if !known(unit) {
             let found = by_columns.map_or(unit.to_owned(), |(unit, _)| unit);
-            return Err(format!(
+            return Err(Fault::from(format!(
                 "unit `{found}` of `{name}` (columns 41 to 50) is not known; write one of {}",
                 meaning.quantity().known()
-            ));
+            )));
         }
         Ok(Entry { name, meaning: Some(meaning), unit: unit.to_owned(), numbers })
     }

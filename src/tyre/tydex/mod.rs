@@ -27,6 +27,7 @@
 //! | [`write`](mod@write) | points as a file |
 
 pub(crate) mod channel;
+mod fault;
 pub(crate) mod line;
 pub(crate) mod read;
 pub(crate) mod rows;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::channel::{Axes, Meaning};
+use super::fault::Fault;
 use super::line::{Entry, columns};
 use super::rows::Rows;
 use super::{Bench, Error, Point};
@@ -51,10 +52,10 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Bench, Error> {
     for (i, line) in text.lines().enumerate() {
         let at = i + 1;
         let fail = |message| Error::Line { path: path.to_owned(), line: at, message };
-        reader.line(line, at).map_err(fail)?;
+        reader.line(line, at).map_err(|e| fail(e.to_string()))?;
     }
     let fail = |message| Error::File { path: path.to_owned(), message };
-    reader.end().map_err(fail)
+    reader.end().map_err(|e| fail(e.to_string()))
 }
 
 /// State between lines.
@@ -74,7 +75,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn line(&mut self, line: &str, at: usize) -> Result<(), String> {
+    fn line(&mut self, line: &str, at: usize) -> Result<(), Fault> {
         let content = line.trim();
         if let Some(name) = content.strip_prefix("**") {
             return self.start(name.trim());
@@ -83,7 +84,7 @@ impl Reader {
             return Ok(());
         }
         match self.section {
-            None => Err("a TYDEX file begins with **HEADER; is this one?".into()),
+            None => Err(Fault::from("a TYDEX file begins with **HEADER; is this one?")),
             Some(Section::Header) => {
                 let [name, value] = [columns(line, 0, 10), columns(line, 40, 200)];
                 self.bench.head.push((name, value));
@@ -100,7 +101,10 @@ impl Reader {
             Some(Section::Channels) => {
                 let entry = Entry::parse(line)?;
                 if entry.meaning.is_some() && self.channels.iter().any(|c| c.name == entry.name) {
-                    return Err(format!("channel `{}` is there twice; remove one", entry.name));
+                    return Err(Fault::from(format!(
+                        "channel `{}` is there twice; remove one",
+                        entry.name
+                    )));
                 }
                 self.channels.push(entry);
                 Ok(())
@@ -117,7 +121,7 @@ impl Reader {
     }
 
     /// Begins a section.
-    fn start(&mut self, name: &str) -> Result<(), String> {
+    fn start(&mut self, name: &str) -> Result<(), Fault> {
         if let Some(rows) = self.rows.take() {
             rows.end()?;
         }
@@ -146,7 +150,9 @@ impl Reader {
                 if !OTHERS.contains(&other)
                     && let Some(near) = closest(other, known.into_iter())
                 {
-                    return Err(format!("`**{other}` is no section; is `**{near}` meant?"));
+                    return Err(Fault::from(format!(
+                        "`**{other}` is no section; is `**{near}` meant?"
+                    )));
                 }
                 Section::Else
             }
@@ -154,20 +160,20 @@ impl Reader {
         Ok(())
     }
 
-    fn check_channels(&mut self) -> Result<(), String> {
+    fn check_channels(&mut self) -> Result<(), Fault> {
         if self.channels.is_empty() {
-            return Err(
-                "**MEASURDATA without channels: **MEASURCHANNELS must stand before it".into()
-            );
+            return Err(Fault::from(
+                "**MEASURDATA without channels: **MEASURCHANNELS must stand before it",
+            ));
         }
         let of_wheel = self.has(Meaning::ForceZ(Axes::C)) && self.has(Meaning::ForceY(Axes::C));
         let has_load = self.has(Meaning::ForceZ(Axes::W)) || self.has(Meaning::ForceZ(Axes::H));
         if !has_load && !of_wheel {
             let names: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
-            return Err(format!(
+            return Err(Fault::from(format!(
                 "no load: a channel or constant FZW or FZH, or both FZC and FYC, is needed; there are {}",
                 names.join(", ")
-            ));
+            )));
         }
         for (meaning, name) in [
             (Meaning::SlipRatio, "no LONGSLIP: taken as 0"),
@@ -253,24 +259,25 @@ impl Reader {
         });
     }
 
-    fn end(mut self) -> Result<Bench, String> {
+    fn end(mut self) -> Result<Bench, Fault> {
         if let Some(rows) = self.rows.take() {
             rows.end()?;
         }
         let n = self.bench.points.len();
         if self.unloaded > n {
-            return Err(format!(
+            return Err(Fault::from(format!(
                 "{} of {} loads are not positive: the format has z up, and the road pushes the tyre up; turn the sign \
                  of the channel with its factor a = -1 (and that of the others that point the other way)",
                 self.unloaded,
                 n + self.unloaded
-            ));
+            )));
         }
         if n == 0 {
             return Err(match self.section {
                 None => "it is empty".into(),
                 _ if self.incomplete > 0 => {
                     format!("none of {} points has a load, slips and a camber", self.incomplete)
+                        .into()
                 }
                 _ => "no points: **MEASURCHANNELS and **MEASURDATA are needed".into(),
             });

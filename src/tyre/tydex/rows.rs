@@ -1,5 +1,6 @@
 //! Lines of measured values: one point each, in columns of ten characters or with blanks between.
 
+use super::fault::Fault;
 use super::line::{columns, number};
 
 /// Width of a value's column.
@@ -48,7 +49,7 @@ impl Rows {
         &mut self,
         line: &str,
         at: usize,
-    ) -> Result<Option<Vec<Option<f64>>>, String> {
+    ) -> Result<Option<Vec<Option<f64>>>, Fault> {
         let n = self.channels;
         let words: Vec<&str> = line.split_whitespace().collect();
         if self.wrapped != Some(true) {
@@ -68,10 +69,10 @@ impl Rows {
                 }
             }
             if self.wrapped == Some(false) || words.len() > n {
-                return Err(format!(
+                return Err(Fault::from(format!(
                     "{} values, but the file has {n} channels; each line needs a value or NOTAVAIL for every channel",
                     words.len()
-                ));
+                )));
             }
             self.wrapped = Some(true);
         }
@@ -81,10 +82,10 @@ impl Rows {
         self.begun.extend(values(&words)?);
         if self.begun.len() > n {
             let found = self.begun.len();
-            return Err(format!(
+            return Err(Fault::from(format!(
                 "{found} values from line {} on, but the file has {n} channels; is a value missing above?",
                 self.began
-            ));
+            )));
         }
         if self.begun.len() < n {
             return Ok(None);
@@ -96,30 +97,32 @@ impl Rows {
     ///
     /// # Errors
     /// A sentence: the last point is not whole.
-    pub(crate) fn end(self) -> Result<(), String> {
+    pub(crate) fn end(self) -> Result<(), Fault> {
         if self.begun.is_empty() {
             return Ok(());
         }
-        Err(format!(
+        Err(Fault::from(format!(
             "the point that begins in line {} has {} of {} values; is the file cut off?",
             self.began,
             self.begun.len(),
             self.channels
-        ))
+        )))
     }
 }
 
-fn values(words: &[&str]) -> Result<Vec<Option<f64>>, String> {
+fn values(words: &[&str]) -> Result<Vec<Option<f64>>, Fault> {
     words.iter().map(|word| value(word)).collect()
 }
 
-fn value(word: &str) -> Result<Option<f64>, String> {
+fn value(word: &str) -> Result<Option<f64>, Fault> {
     let is_missing =
         MISSING.contains(&word.to_ascii_uppercase().as_str()) || word.chars().all(|c| c == '*');
     if is_missing || is_mark(word) {
         return Ok(None); // also of a blank column
     }
     number(word).map(|x| (x.abs() < NO_MEASUREMENT).then_some(x)).ok_or_else(|| {
-        format!("`{word}` is not a number; write NOTAVAIL for a value that was not measured")
+        Fault::from(format!(
+            "`{word}` is not a number; write NOTAVAIL for a value that was not measured"
+        ))
     })
 }

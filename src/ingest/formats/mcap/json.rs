@@ -2,11 +2,12 @@
 
 use serde_json::Value;
 
+use super::fault::Fault;
 use super::limits::LISTED;
 
 /// Every number (and truth value) by its path.
-pub(super) fn numbers(data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), String> {
-    let value: Value = serde_json::from_slice(data).map_err(|e| e.to_string())?;
+pub(super) fn numbers(data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), Fault> {
+    let value: Value = serde_json::from_slice(data).map_err(|e| Fault::from(e.to_string()))?;
     walk(&value, &mut String::new(), take);
     Ok(())
 }

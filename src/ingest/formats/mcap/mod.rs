@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use self::fault::Fault;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -20,6 +21,7 @@ use crate::ingest::session_schema::session_meta;
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
+mod fault;
 mod json;
 mod limits;
 mod records;
@@ -148,7 +150,7 @@ enum Decoder {
 
 impl Decoder {
     /// Every number of a message by its path.
-    fn numbers(&self, data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), String> {
+    fn numbers(&self, data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), Fault> {
         match self {
             Decoder::Json => json::numbers(data, take),
             Decoder::Ros(definition) => definition.numbers(data, take),

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::fault::Fault;
 use super::limits::LISTED;
 
 /// How messages are written.
@@ -64,7 +65,7 @@ impl Definition {
     ///
     /// # Errors
     /// A sentence about what cannot be understood.
-    pub(super) fn parse(name: &str, text: &[u8], wire: Wire) -> Result<Self, String> {
+    pub(super) fn parse(name: &str, text: &[u8], wire: Wire) -> Result<Self, Fault> {
         let text = String::from_utf8_lossy(text);
         let mut sections: Vec<(String, Vec<&str>)> = vec![(name.to_owned(), Vec::new())];
         for line in text.lines() {
@@ -83,7 +84,7 @@ impl Definition {
             sections.iter().enumerate().rev().map(|(i, (name, _))| (short(name), i)).collect();
         let mut types = Vec::with_capacity(sections.len());
         for (section, lines) in &sections {
-            let fields: Result<Vec<Option<Field>>, String> =
+            let fields: Result<Vec<Option<Field>>, Fault> =
                 lines.iter().map(|line| field(line, section, &places)).collect();
             types.push(fields?.into_iter().flatten().collect());
         }
@@ -98,7 +99,7 @@ impl Definition {
         &self,
         data: &[u8],
         take: &mut dyn FnMut(&str, f64),
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         let (data, big_endian, widest) = match self.wire {
             Wire::Ros1 => (data, false, 1),
             Wire::Cdr => {
@@ -123,10 +124,10 @@ fn field(
     line: &str,
     section: &str,
     places: &HashMap<String, usize>,
-) -> Result<Option<Field>, String> {
+) -> Result<Option<Field>, Fault> {
     let mut words = line.split_whitespace();
     let (Some(kind), Some(name)) = (words.next(), words.next()) else {
-        return Err(format!("`{line}` is no field"));
+        return Err(Fault::from(format!("`{line}` is no field")));
     };
     // `uint8 NAME=1`, `uint8 NAME = 1`; a default value has no `=`
     if name.contains('=') || words.next().is_some_and(|w| w.starts_with('=')) {
@@ -138,7 +139,8 @@ fn field(
             "" => (kind, Count::Any),
             bound if bound.starts_with("<=") => (kind, Count::Any),
             number => {
-                let count = number.parse().map_err(|_| format!("`{line}` is no field"))?;
+                let count =
+                    number.parse().map_err(|_| Fault::from(format!("`{line}` is no field")))?;
                 (kind, Count::Fixed(count))
             }
         },
@@ -171,7 +173,7 @@ fn field(
                     // these often go without saying
                     "builtin_interfaces/Time" => FieldType::Stamp { signed: true },
                     "builtin_interfaces/Duration" => FieldType::Stamp { signed: true },
-                    _ => return Err(format!("type `{other}` is not defined")),
+                    _ => return Err(Fault::from(format!("type `{other}` is not defined"))),
                 },
             }
         }
@@ -198,13 +200,13 @@ impl Walk<'_> {
         path: &mut String,
         depth: usize,
         take: &mut dyn FnMut(&str, f64),
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         if depth > DEEPEST {
-            return Err("its types contain each other".to_owned());
+            return Err(Fault::from("its types contain each other".to_owned()));
         }
         self.seen += 1;
         if self.seen > self.data.len() + MOST_EMPTY {
-            return Err("its types hold nothing but each other".to_owned());
+            return Err(Fault::from("its types hold nothing but each other".to_owned()));
         }
         let types = self.types;
         for field in types.get(kind).into_iter().flatten() {
@@ -221,7 +223,7 @@ impl Walk<'_> {
             match count {
                 None => self.value(field.kind, path, depth, take)?,
                 Some(count) if count > self.data.len() => {
-                    return Err("it is shorter than it says".to_owned());
+                    return Err(Fault::from("it is shorter than it says".to_owned()));
                 }
                 Some(count) => {
                     let shown = path.len();
@@ -247,7 +249,7 @@ impl Walk<'_> {
         path: &mut String,
         depth: usize,
         take: &mut dyn FnMut(&str, f64),
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         match kind {
             FieldType::Number { size, signed, float } => {
                 let raw = self.raw(size)?;
@@ -276,7 +278,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn bytes(&mut self, count: usize) -> Result<&[u8], String> {
+    fn bytes(&mut self, count: usize) -> Result<&[u8], Fault> {
         let end = self.at.checked_add(count).filter(|end| *end <= self.data.len());
         let end = end.ok_or("it is shorter than it says")?;
         let bytes = &self.data[self.at..end];
@@ -284,7 +286,7 @@ impl Walk<'_> {
         Ok(bytes)
     }
 
-    fn raw(&mut self, size: usize) -> Result<u64, String> {
+    fn raw(&mut self, size: usize) -> Result<u64, Fault> {
         if self.wire == Wire::Cdr {
             self.at = self.at.next_multiple_of(size.min(self.widest));
         }
@@ -294,7 +296,7 @@ impl Walk<'_> {
         Ok(if big_endian { bytes.iter().fold(0, add) } else { bytes.iter().rev().fold(0, add) })
     }
 
-    fn length(&mut self) -> Result<usize, String> {
+    fn length(&mut self) -> Result<usize, Fault> {
         Ok(usize::try_from(self.raw(4)?).unwrap_or(usize::MAX))
     }
 }

@@ -13,6 +13,7 @@
 use crate::statistics::angles::wrapped;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use super::fault::Fault;
 use super::log::{Epoch, Log};
 
 /// Shortest window, s.
@@ -196,7 +197,7 @@ fn mean(of: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
     sum / f64::max(n, 1.0)
 }
 
-fn look(windows: &[Window], epoch: f64) -> Result<Seen, String> {
+fn look(windows: &[Window], epoch: f64) -> Result<Seen, Fault> {
     let straight_at = |bias: &Vector3<f64>| -> Vec<&Window> {
         let calm = |w: &&Window| {
             let turning = if w.turn.is_finite() { w.turn.abs() < 0.06 } else { true };
@@ -222,14 +223,16 @@ fn look(windows: &[Window], epoch: f64) -> Result<Seen, String> {
     }
     let seconds = enough(straight.len());
     if seconds < LEAST {
-        return Err(format!(
+        return Err(Fault::from(format!(
             "{seconds:.0} s of straight running above 5 m/s with satellite speed; {LEAST:.0} s are needed to find \
              how the unit is mounted"
-        ));
+        )));
     }
     let up = steady(&straight).normalize();
     if !up.iter().all(|x| x.is_finite()) {
-        return Err("no straight running at steady speed; the vertical cannot be found".into());
+        return Err(Fault::from(
+            "no straight running at steady speed; the vertical cannot be found",
+        ));
     }
     let level = |w: &Window| w.force - up * up.dot(&w.force);
     let middle = straight.iter().map(|w| w.change).sum::<f64>() / straight.len() as f64;
@@ -260,7 +263,7 @@ fn look(windows: &[Window], epoch: f64) -> Result<Seen, String> {
 ///
 /// # Errors
 /// A sentence that says what the ride lacks.
-pub(super) fn align(log: &Log) -> Result<Alignment, String> {
+pub(super) fn align(log: &Log) -> Result<Alignment, Fault> {
     let epochs = with_course(&log.epochs);
     let mirrored = clockwise(&epochs);
     let mut plain = windows(&epochs);
@@ -268,7 +271,9 @@ pub(super) fn align(log: &Log) -> Result<Alignment, String> {
         plain.iter_mut().for_each(|w| w.turn = -w.turn);
     }
     if plain.len() < 10 {
-        return Err("hardly any satellite speed; without it the unit cannot be aligned".into());
+        return Err(Fault::from(
+            "hardly any satellite speed; without it the unit cannot be aligned",
+        ));
     }
     let mut gaps: Vec<f64> = epochs.windows(2).map(|p| p[1].time - p[0].time).collect();
     gaps.sort_by(f64::total_cmp);
@@ -295,19 +300,21 @@ pub(super) fn align(log: &Log) -> Result<Alignment, String> {
                 }
             }
             if best.is_none() {
-                return Err(why.unwrap_or_default());
+                return Err(why.unwrap_or_else(|| Fault::from("")));
             }
             best
         }
     };
-    let Some((delay, seen)) = best else { return Err("the unit cannot be aligned".into()) };
+    let Some((delay, seen)) = best else {
+        return Err(Fault::from("the unit cannot be aligned"));
+    };
     let slope = seen.slope.norm();
     if !(0.6..1.4).contains(&slope) || seen.explained[0] < 0.2 {
-        return Err(format!(
+        return Err(Fault::from(format!(
             "the unit feels {slope:.2} m/s2 for each 1 m/s2 of change of satellite speed, explained to {:.0} %; units, \
              clocks or the mounting of the unit (loose?) are wrong",
             100.0 * seen.explained[0]
-        ));
+        )));
     }
     // a force of the wrong sign turns up and forward round, but not left: rates about up then contradict the course
     let reversed = seen.explained[1] > 0.3 && seen.turning < 0.0;

@@ -4,6 +4,7 @@ use crate::statistics::angles::wrapped;
 use nalgebra::{Rotation3, Vector3};
 
 use super::align::Alignment;
+use super::fault::Fault;
 use super::level::Felt;
 use super::log::{Epoch, Log};
 use super::products::{add_outer, times};
@@ -152,7 +153,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// A sentence: no stretch of it can be begun.
-    pub(super) fn new(log: &'a Log, alignment: &Alignment) -> Result<(Self, Begin), String> {
+    pub(super) fn new(log: &'a Log, alignment: &Alignment) -> Result<(Self, Begin), Fault> {
         let sign = if alignment.reversed { -1.0 } else { 1.0 };
         let turned = |x: &[Vec<f64>; 3], sign: f64| -> Vec<Vector3<f64>> {
             (0..log.len())
@@ -220,9 +221,9 @@ impl<'a> Problem<'a> {
         };
         let starts = problem.starts(alignment);
         if starts.first().is_none_or(|s| s.node > 0) {
-            return Err(
-                "the log never runs straight at 5 m/s or more while the receiver sees it".into()
-            );
+            return Err(Fault::from(
+                "the log never runs straight at 5 m/s or more while the receiver sees it",
+            ));
         }
         Ok((problem, Begin { starts, delay: alignment.delay }))
     }

@@ -28,6 +28,7 @@
 
 mod align;
 mod backward;
+mod fault;
 mod forward;
 mod jacobian;
 pub(crate) mod level;

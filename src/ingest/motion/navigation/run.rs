@@ -4,6 +4,7 @@ use nalgebra::Rotation3;
 
 use super::align::{Alignment, align};
 use super::backward::smooth;
+use super::fault::Fault;
 use super::forward::{Problem, Stand, Tally};
 use super::log::Log;
 use super::output::{Level, level};
@@ -82,7 +83,7 @@ pub struct Navigation {
 ///
 /// # Errors
 /// A sentence that says what the ride lacks.
-pub fn run(log: &Log) -> Result<Navigation, String> {
+pub fn run(log: &Log) -> Result<Navigation, Fault> {
     let alignment = align(log)?;
     let (mut problem, mut begin) = Problem::new(log, &alignment)?;
     let mut sd = prior();

@@ -1,0 +1,8 @@
+//! What is wrong with a message of an MCAP log.
+
+use crate::contract::sentence_error::sentence_error;
+
+sentence_error! {
+    /// What is wrong with a message or its definition.
+    Fault
+}
