@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-
 use crate::contract::key_error::KeyError;
 
 const TEXT: &str = include_str!("../../../pipelines/bikes/catalogue.toml");
