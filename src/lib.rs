@@ -138,6 +138,8 @@ pub use store::objects::files::read_text;
 pub use store::objects::location::Location;
 
 // From a session to the coefficients of its tyres.
+pub use contract::file_error::FileError;
+pub use contract::key_error::KeyError;
 pub use contract::rejection::{RejectionCode, Stage};
 pub use contract::status::Status;
 pub use contract::verdict::Verdict;
@@ -188,14 +190,10 @@ pub use simulate::tables::Rideable;
 
 // Tyres for other programs.
 pub use batch::jobs::models::read as read_models;
+pub use report::export::error::Error as ExportError;
 pub use report::export::written::{
     Format as ExportFormat, Request as ExportRequest, Set as CoefficientSet, Tyre as ExportTyre,
     Written, write as export_tyre,
-};
-
-// What options of the command line may be, by their names there.
-pub use cli::choices::{
-    CoefficientSet as SetChoice, Tyre as TyreChoice, TyreFormat as FormatChoice,
 };
 
 // The program `roadbench`.

@@ -191,7 +191,7 @@ fn described(number: usize, seed: u64) -> String {
     let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
     let begin = std::time::Instant::now();
     match ride::ride(&case, BikeFile::Full) {
-        Err(why) => why,
+        Err(why) => why.to_string(),
         Ok(Ridden { machine, ride, failed, .. }) => format!(
             "{number} {}: {machine}; ride {:.0} s, simulated in {:.1} s{}",
             case.plan,

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::errors::{self, failed};
+use crate::errors::{self, failed, invalid};
 use roadbench::{
     Accounts, Asked, BatchError, BatchSettings, DiagnoseWork, DiagnosisSettings, Fenced, Location,
     Maps, Pages, Pipeline, RunWork, Store, Summary, What, Work, finish_diagnose, finish_run,
@@ -69,14 +69,14 @@ impl Given {
         let at = |path: &PathBuf| {
             Location::parse(path).map_err(|e| PyValueError::new_err(e.to_string()))
         };
-        let map_texts = Maps::texts(&options.maps).map_err(PyValueError::new_err)?;
+        let map_texts = Maps::texts(&options.maps).map_err(invalid)?;
         Ok(Given {
             inputs: options.inputs.iter().map(at).collect::<PyResult<_>>()?,
             bikes: options.bikes.as_ref().map(at).transpose()?,
             out: at(&options.out)?,
             since: options.since.map(moment).transpose()?,
             pipeline: errors::pipeline(&options.pipeline)?,
-            maps: Maps::parse(&map_texts).map_err(PyValueError::new_err)?,
+            maps: Maps::parse(&map_texts).map_err(invalid)?,
             map_texts,
             options,
         })

@@ -26,7 +26,12 @@ pub fn failed(e: BatchError) -> PyErr {
     }
 }
 
+/// A wrong argument, or a wrong file.
+pub fn invalid(e: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(e.to_string())
+}
+
 /// A pipeline by the name of a built-in one, or from a file.
 pub fn pipeline(name: &Path) -> PyResult<Pipeline> {
-    Pipeline::read(name).map_err(PyValueError::new_err)
+    Pipeline::read(name).map_err(invalid)
 }

@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
+use crate::errors::invalid;
 use roadbench::{
-    ExportRequest, FormatChoice, Location, Reading, SetChoice, TyreChoice, Written, export_tyre,
-    read_models,
+    CoefficientSet, ExportFormat, ExportRequest, ExportTyre, Location, Reading, Written,
+    export_tyre, read_models,
 };
 
 /// What is asked for, as JSON.
@@ -37,40 +37,41 @@ pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>
         None => None,
         Some(at) => {
             let at = Location::parse(at).map_err(|e| PyValueError::new_err(e.to_string()))?;
-            Some(read_models(&at).map_err(PyValueError::new_err)?)
+            Some(read_models(&at).map_err(invalid)?)
         }
     };
+    // as on the command line
+    let set = if options.set == "motorcycle" { "5.2" } else { &options.set };
     let request = ExportRequest {
         out: &options.out,
         session: &options.session,
         bike: options.bike.as_deref(),
-        format: word::<FormatChoice>("format", &options.format)?.into(),
-        tyre: options
-            .tyre
-            .as_deref()
-            .map(|tyre| word::<TyreChoice>("tyre", tyre).map(Into::into))
-            .transpose()?,
+        format: word("format", ExportFormat::NAMES, &options.format)?,
+        tyre: match &options.tyre {
+            Some(tyre) => Some(word("tyre", ExportTyre::NAMES, tyre)?),
+            None => None,
+        },
         bikes: options.bikes.as_deref(),
-        set: word::<SetChoice>("set", &options.set)?.into(),
+        set: word("set", CoefficientSet::NAMES, set)?,
         friction: options.friction,
         load: options.load,
         models: models.as_ref(),
     };
     let written = py.detach(|| {
-        let _reading = Reading::of(request.out).map_err(|e| e.to_string())?;
-        export_tyre(&request)
+        let _reading = Reading::of(request.out).map_err(invalid)?;
+        export_tyre(&request).map_err(invalid)
     });
-    Ok(match written.map_err(PyValueError::new_err)? {
+    Ok(match written? {
         Written::Text(text) => PyString::new(py, &text).into_any(),
         Written::Binary(bytes) => PyBytes::new(py, &bytes).into_any(),
     })
 }
 
 /// One of an option's words.
-fn word<T: ValueEnum>(option: &str, word: &str) -> PyResult<T> {
-    T::from_str(word, false).map_err(|_| {
-        let known = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-        let known: Vec<String> = known.map(|v| v.get_name().to_owned()).collect();
-        PyValueError::new_err(format!("{option}: `{word}` is none of {}", known.join(", ")))
+fn word<T: Copy>(option: &str, names: &[(&str, T)], word: &str) -> PyResult<T> {
+    let found = names.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        invalid(format!("{option}: `{word}` is none of {}", known.join(", ")))
     })
 }

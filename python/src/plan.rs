@@ -2,18 +2,17 @@
 
 use std::path::PathBuf;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::archive::json;
-use crate::errors;
+use crate::errors::{self, invalid};
 use roadbench::{plan_ride, plan_scenario};
 
 /// What the first session of a scenario would show of each cause, as JSON.
 #[pyfunction]
 pub fn plan(py: Python<'_>, scenario: &str, pipeline: PathBuf) -> PyResult<String> {
     let pipeline = errors::pipeline(&pipeline)?;
-    let scenario = plan_scenario(scenario).map_err(PyValueError::new_err)?;
+    let scenario = plan_scenario(scenario).map_err(invalid)?;
     let plan = py.detach(|| plan_ride(scenario, &pipeline));
-    json(&plan.map_err(PyValueError::new_err)?)
+    json(&plan.map_err(invalid)?)
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pyo3_arrow::PyRecordBatchReader;
 
-use crate::errors::{self, failed, rejected};
+use crate::errors::{self, failed, invalid, rejected};
 use crate::table::Table;
 use roadbench::{
     BikeError, BikeFile, DiagnoseWork, DiagnosisSettings, Location, Log, Maps, Meta, NO_PATH,
@@ -29,7 +29,7 @@ pub fn run_session<'py>(
     session_id: Option<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let pipeline = errors::pipeline(&pipeline)?;
-    let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
+    let maps = Maps::read(&maps).map_err(invalid)?;
     let bike = bike_file(bike, &hash_settings(&pipeline, "").map_err(failed)?)?;
     let source = Source::of(path_or_table)?;
     let found = py.detach(|| {
@@ -52,7 +52,7 @@ pub fn diagnose_session<'py>(
     session_id: Option<String>,
 ) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
     let pipeline = errors::pipeline(&pipeline)?;
-    let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
+    let maps = Maps::read(&maps).map_err(invalid)?;
     let (nulls, advise) = settings;
     let work = DiagnoseWork::new(DiagnosisSettings { nulls, advise, ..Default::default() })
         .map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
@@ -110,7 +110,6 @@ impl Source {
 
 /// A path to a bike file, or its text: a text has an equals sign and a line's end, a path has not.
 fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
-    let invalid = |e: BikeError| PyValueError::new_err(e.to_string());
     if let Ok(text) = given.extract::<String>()
         && text.contains('=')
         && text.contains('\n')

@@ -4,6 +4,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::errors::invalid;
 use crate::table::Table;
 use roadbench::{Rideable, TableError, session_batch};
 
@@ -17,7 +18,7 @@ pub fn simulate<'py>(
 ) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
     let ours = |e: TableError| PyRuntimeError::new_err(e.to_string());
     let (session, known, bike) = py.detach(|| {
-        let rideable = Rideable::load(scenario).map_err(PyValueError::new_err)?;
+        let rideable = Rideable::load(scenario).map_err(invalid)?;
         let count = rideable.sessions();
         if number >= count {
             return Err(PyValueError::new_err(format!(

@@ -9,7 +9,7 @@ macro_rules! choice {
     ($(#[$doc:meta])* $name:ident of $room:ty { $($(#[$words:meta])* $variant:ident,)+ }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-        pub enum $name {
+        pub(crate) enum $name {
             $($(#[$words])* $variant,)+
         }
 
@@ -98,5 +98,36 @@ choice! {
         Front,
         /// The rear one.
         Rear,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::ValueEnum;
+
+    use super::*;
+
+    /// The names of some choices, in their order, and what each is.
+    fn names<C: ValueEnum + Into<R>, R>() -> Vec<(String, R)> {
+        let named = |choice: &C| {
+            let name = choice.to_possible_value()?.get_name().to_owned();
+            Some((name, choice.clone().into()))
+        };
+        C::value_variants().iter().filter_map(named).collect()
+    }
+
+    /// `roadbench.export` of Python takes the words of the command line.
+    #[test]
+    fn choices_are_called_as_in_the_library() {
+        fn check<C: ValueEnum + Into<R>, R: Copy + PartialEq + std::fmt::Debug>(
+            room: &[(&str, R)],
+        ) {
+            let room: Vec<(String, R)> =
+                room.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+            assert_eq!(names::<C, R>(), room);
+        }
+        check::<TyreFormat, _>(written::Format::NAMES);
+        check::<CoefficientSet, _>(written::Set::NAMES);
+        check::<Tyre, _>(written::Tyre::NAMES);
     }
 }

@@ -39,3 +39,9 @@ impl From<String> for Error {
         Error::Ride(sentence)
     }
 }
+
+impl From<Error> for String {
+    fn from(e: Error) -> Self {
+        e.to_string()
+    }
+}

@@ -294,7 +294,7 @@ fn the_extended_model_serves_the_next_run() {
 
     let wrong = "session_id = \"s\"\nbike_id = \"b\"\n[effects.latancy]\nvalue = 0.1\nstd_error = 0.01\nunit = \"s\"\n";
     std::fs::write(&path, wrong).expect("written");
-    let message = ExtendedModel::read(&path).expect_err("refused");
+    let message = ExtendedModel::read(&path).expect_err("refused").to_string();
     assert!(message.contains("latancy") && message.contains("latency"), "{message}");
 }
 

@@ -263,7 +263,7 @@ fn what_a_ride_lacks_is_said() {
     let motions = Prescribed::road(5).motions(RATE);
     let unit = Unit::usual(Rotation3::identity());
     let log = record(&motions, RATE, &unit, &Receiver::usual(10.0), &mut Random::new(5, "lacks"));
-    let refused = |log: &Log| navigation::run(log).expect_err("refused");
+    let refused = |log: &Log| navigation::run(log).expect_err("refused").to_string();
     assert!(refused(&Log { epochs: Vec::new(), ..log.clone() }).contains("satellite speed"));
     let mut slow = log.clone();
     slow.epochs.iter_mut().for_each(|e| e.speed = 2.0);

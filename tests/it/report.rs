@@ -568,7 +568,8 @@ fn toml_export_reads_back_with_intervals_and_hostile_texts() {
 fn export_says_what_is_missing() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
-    let message = Fitted::read(folder.path(), "2024-05-03_lap-2", None).expect_err("no session");
+    let message =
+        Fitted::read(folder.path(), "2024-05-03_lap-2", None).expect_err("no session").to_string();
     assert!(message.contains("did you mean `2024-05-03_lap-1`"), "{message}");
     let mut fitted = Fitted::read(folder.path(), "../escape", Some("tourer")).expect("session");
     for c in fitted.coefficients.iter_mut().filter(|c| c.coefficient == "mf_b") {
@@ -585,7 +586,7 @@ fn export_says_what_is_missing() {
     for c in fitted.coefficients.iter_mut().filter(|c| c.coefficient == "slip_camber_c1") {
         c.value = None;
     }
-    let message = rear(&fitted).expect_err("mf_b is missing");
+    let message = rear(&fitted).expect_err("mf_b is missing").to_string();
     assert!(message.contains("`mf_b`") && message.contains("no braking"), "{message}");
 }
 

@@ -232,7 +232,7 @@ fn scenarios_with_wrong_numbers_are_refused_by_key() {
     ] {
         let changed = FALLS.replacen(from, to, 1);
         assert_ne!(changed, FALLS, "{from}");
-        let message = Tour::parse(&changed, Path::new("bad.toml")).expect_err(to);
+        let message = Tour::parse(&changed, Path::new("bad.toml")).expect_err(to).to_string();
         assert!(message.contains(words) && message.contains("bad.toml"), "{to}: {message}");
     }
 }

@@ -102,7 +102,9 @@ fn a_session_depends_on_seed_and_number_alone() {
 
 #[test]
 fn a_wrong_key_is_named() {
-    let parse = |text: &str| Track::parse(text, std::path::Path::new("t.toml")).expect_err("wrong");
+    let parse = |text: &str| {
+        Track::parse(text, std::path::Path::new("t.toml")).expect_err("wrong").to_string()
+    };
     let base = "name = 't'\ndescription = 'd'\n";
     assert!(parse(&format!("{base}laps = 0\n")).contains("`laps` = 0"));
     assert!(parse(&format!("{base}laps = 2\nloggers = ['sextant']\n")).contains("sextant"));

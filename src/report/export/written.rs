@@ -52,6 +52,31 @@ pub enum Tyre {
     Rear,
 }
 
+impl Format {
+    /// Every format by its name.
+    pub const NAMES: &'static [(&'static str, Format)] = &[
+        ("tir", Format::Tir),
+        ("toml", Format::Toml),
+        ("csv", Format::Csv),
+        ("c", Format::C),
+        ("fmu", Format::Fmu),
+        ("tydex", Format::Tydex),
+        ("simulator", Format::Simulator),
+    ];
+}
+
+impl Set {
+    /// Every set by its name.
+    pub const NAMES: &'static [(&'static str, Set)] =
+        &[("5.2", Set::Motorcycle), ("6.2", Set::MagicFormula62), ("reduced", Set::Reduced)];
+}
+
+impl Tyre {
+    /// Both by name.
+    pub const NAMES: &'static [(&'static str, Tyre)] =
+        &[("front", Tyre::Front), ("rear", Tyre::Rear)];
+}
+
 impl From<Tyre> for Axle {
     fn from(tyre: Tyre) -> Self {
         match tyre {
