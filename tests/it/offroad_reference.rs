@@ -270,7 +270,7 @@ fn rider_a_falls_where_the_derivation_says_so() {
         let refused = Standing::new(&body, p.peg, p.bar);
         assert_eq!(refused.is_err(), expected < 0.0);
         if let Err(message) = refused {
-            assert!(message.contains("offroad.shoulder_x"), "{message}");
+            assert!(message.to_string().contains("offroad.shoulder_x"), "{message}");
         }
     }
 }
