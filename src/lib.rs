@@ -70,7 +70,7 @@
 //! The paper's front tyre, upright: `k_alpha0 = -ct / (c1 + C)`.
 //!
 //! ```
-//! use roadbench::tyre::Stiffness;
+//! use roadbench::Stiffness;
 //!
 //! let front = Stiffness { ct: -0.84, c1: -0.0279, c3: 0.0 };
 //! assert!((front.k_alpha(0.0, 0.095) - 12.5).abs() < 0.1);

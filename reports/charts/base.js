@@ -1,6 +1,6 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
 // The files of this folder are one script: base, cloud, fit, timeline, laps, main, in that order.
-// Before them stands KINDS, made from src/contract/manoeuvre.rs: words, letters, sides, rest of each kind.
+// Before them stands KINDS, made from src/segment/manoeuvre: words, letters, sides, rest of each kind.
 // Texts reach the page through textContent alone.
 const store = document.getElementById("data");
 if (!("DecompressionStream" in window)) {

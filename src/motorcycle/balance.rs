@@ -1,8 +1,11 @@
 //! The balance of forces on a motorcycle, and what is usual of every one.
 //!
-//! Checks, segments, estimates, fits and diagnosis use these formulas; the reduced simulator solves the same
-//! balance for loads that depend on the tyres' forces (its tests compare), and the multibody simulator does
-//! without them: it is the independent judge. What the contacts do is in [`kinematics`](crate::tyre::kinematics).
+//! Checks, segments, estimates, fits, diagnosis and exports of rides on the road use these formulas. The reduced simulator
+//! solves the same balance for loads that depend on the tyres' forces (its tests compare), and the multibody simulator does
+//! without them: it is the independent judge. Off the road, loads come from inverse dynamics.
+//!
+//! The in-gear fit takes the loads of the acceleration alone, without drag (its own header says so). What the contacts do
+//! is in [`kinematics`](crate::tyre::kinematics).
 //!
 //! Signs: forces along the road positive forward, loads positive, a pitching moment positive where it loads the
 //! rear wheel. Pairs are front and rear.
@@ -59,15 +62,17 @@ pub(crate) fn pitching(along: f64, height: f64, turning: f64, cos_lean: f64) -> 
 /// Front load as a share of the weight without forces along the road, and what it loses per force forward (as a share of the
 /// weight).
 pub(crate) fn front_load_line(bike: &Bike) -> (f64, f64) {
-    let [at_rest, _] = Lengths::of(bike).loads(1.0, 0.0, 0.0);
-    (at_rest, bike.cg_height / bike.wheelbase)
+    let lengths = Lengths::of(bike);
+    let [at_rest, _] = lengths.loads(1.0, 0.0, 0.0);
+    let [driven, _] = lengths.loads(1.0, 0.0, pitching(1.0, bike.cg_height, 0.0, 1.0));
+    (at_rest, at_rest - driven)
 }
 
 /// Largest deceleration by the rear wheel alone, brake and engine together, m/s²: its load falls as it brakes. Upright;
 /// leaning it is less.
 pub(crate) fn rear_braking_limit(bike: &Bike, friction: f64) -> f64 {
-    let Bike { wheelbase, cg_height, cg_to_front, .. } = *bike;
-    friction * GRAVITY * cg_to_front / (wheelbase + friction * cg_height)
+    let (at_rest, loss) = front_load_line(bike);
+    friction * GRAVITY * (1.0 - at_rest) / (1.0 + friction * loss)
 }
 
 /// Force of the tyres per mass, m/s², forward positive: the acceleration and what resists it.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::motorcycle::balance::{Lengths, front_load_line, pitching};
 use crate::report::error::Error;
 use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, SLIP_ANGLE, STIFFNESS};
 use crate::report::plots::plot::{DATA, Plot};
@@ -99,12 +100,9 @@ impl Ranges {
     /// Loads of the ridden accelerations, N: the static one where nothing is known.
     pub fn load(&self, bike: &Bike, axle: Axle) -> [f64; 2] {
         let at = |acceleration: f64| {
-            let (arm, sign) = match axle {
-                Axle::Front => (bike.cg_to_rear(), -1.0),
-                Axle::Rear => (bike.cg_to_front, 1.0),
-            };
-            let moment = GRAVITY * arm + sign * acceleration * bike.cg_height;
-            (bike.mass * moment / bike.wheelbase).max(0.0)
+            let pitching = pitching(bike.mass * acceleration, bike.cg_height, 0.0, 1.0);
+            let loads = Lengths::of(bike).loads(bike.mass * GRAVITY, 0.0, pitching);
+            loads[axle as usize].max(0.0)
         };
         let [low, high] = self.acceleration_x.unwrap_or([0.0, 0.0]);
         let (a, b) = (at(low.min(0.0)), at(high.max(0.0)));
@@ -114,7 +112,7 @@ impl Ranges {
     /// Load beyond that at rest over it of a wheel that brakes or drives alone at a longitudinal friction.
     pub fn braked_extra_load(bike: &Bike, axle: Axle, friction: f64) -> f64 {
         // m a = friction Fz, and Fz = Fz0 -+ m a h/l
-        let transfer = friction * bike.cg_height / bike.wheelbase;
+        let transfer = friction * front_load_line(bike).1;
         let share = match axle {
             Axle::Front => 1.0 + transfer,
             Axle::Rear => 1.0 - transfer,
