@@ -679,7 +679,7 @@ pub mod store {
 }
 pub mod tyre {
     pub use crate::tyre::magic_formula::MagicFormula;
-    pub use crate::tyre::tyre::Stiffness;
+    pub use crate::tyre::paper::Stiffness;
     pub mod custom {
         pub use crate::tyre::custom::Custom;
     }
@@ -718,8 +718,8 @@ pub mod tyre {
             pub use crate::tyre::tydex::write::{Head, write};
         }
     }
-    pub mod tyre {
-        pub use crate::tyre::tyre::{Input, Output, Tyre, slip_stiffness_under};
+    pub mod paper {
+        pub use crate::tyre::paper::{Input, Output, Tyre, slip_stiffness_under};
     }
     pub mod tyre_model {
         pub use crate::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};

@@ -155,7 +155,7 @@ pub use store::tables::rows::{
 
 // Tyre models.
 pub use tyre::magic_formula::MagicFormula;
-pub use tyre::tyre::{Stiffness, Tyre};
+pub use tyre::paper::{Stiffness, Tyre};
 
 // Tables: their definitions, and the files they are in.
 pub use contract::schema::{Table as TableSchema, closest as closest_name};

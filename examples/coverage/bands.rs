@@ -14,8 +14,8 @@ use roadbench::internals::simulate::population::bike::{self, BikeFile};
 use roadbench::internals::simulate::population::ride::{self, Ridden};
 use roadbench::internals::simulate::tyre_truth::bench;
 use roadbench::internals::store::tables::rows::{Coefficient, PlotPoint};
-use roadbench::internals::tyre::tyre::Input;
-use roadbench::internals::tyre::tyre::slip_stiffness_under;
+use roadbench::internals::tyre::paper::Input;
+use roadbench::internals::tyre::paper::slip_stiffness_under;
 
 use super::{Failure, outcome};
 

@@ -7,8 +7,8 @@ use roadbench::internals::simulate::multibody::{Model, Road};
 use roadbench::internals::simulate::multibody_ride as multibody;
 use roadbench::internals::simulate::replay;
 use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::tyre::paper::Input;
 use roadbench::internals::tyre::tir;
-use roadbench::internals::tyre::tyre::Input;
 
 use super::common::*;
 

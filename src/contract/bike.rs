@@ -210,7 +210,7 @@ impl Bike {
         bike.stands_in = stands_in;
         bike.removed_keys = removed.into_iter().collect();
         bike.curves = values.curve;
-        bike.prior = bike.priors(&schema, &values.defaulted);
+        bike.prior = bike.priors(schema, &values.defaulted);
         if bike.cg_to_front >= bike.wheelbase {
             return Err(fail(KeyError::Values(format!(
                 "`cg_to_front` = {} m lies behind the rear contact (`wheelbase` = {} m)",

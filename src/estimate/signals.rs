@@ -20,7 +20,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::motorcycle::balance::{Lengths, pitching};
 use crate::tyre::dive::{PITCH_GYRATION, above_axles, contact_arms};
 use crate::tyre::kinematics::{FrontWheel, front_wheel};
-use crate::tyre::tyre::trail_0;
+use crate::tyre::paper::trail_0;
 use crate::tyre::tyre_model::{USUAL_SHARE, load_lead};
 
 use super::relaxation::SlipLag;

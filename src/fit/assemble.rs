@@ -8,7 +8,7 @@ use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part, Values};
 use crate::estimate::signals::Inputs;
 use crate::tyre::formulation::Formulation;
-use crate::tyre::tyre::trail_0;
+use crate::tyre::paper::trail_0;
 
 /// The numbers that were fitted; pairs are front and rear.
 #[derive(Debug, Clone, Default)]

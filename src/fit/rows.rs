@@ -7,7 +7,7 @@ use super::{cornering, friction};
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::{Inputs, Signals};
 use crate::tyre::formulation::Formulation;
-use crate::tyre::tyre::slip_stiffness_under;
+use crate::tyre::paper::slip_stiffness_under;
 
 /// Error of the friction per rate of the slip ratio, s: what a 20 Hz filter leaves of it.
 const FILTER_BLUR: f64 = 0.004;

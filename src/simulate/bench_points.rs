@@ -1,8 +1,8 @@
 //! A tyre model at the points that a bench measured.
 
 use crate::statistics::order::median_or_zero;
+use crate::tyre::paper::{Input, Output};
 use crate::tyre::tydex::Point;
-use crate::tyre::tyre::{Input, Output};
 use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre at measured points.

@@ -1,7 +1,7 @@
 //! A tyre's lateral friction on the bench: `Fy / Fz` over slip angle and camber, free rolling.
 
 use crate::store::tables::rows::BenchRow;
-use crate::tyre::tyre::Input;
+use crate::tyre::paper::Input;
 use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre under a load on a road.

@@ -143,7 +143,7 @@ impl<'a> Pilot<'a> {
         let tyres = m.tyres.as_ref();
         let rolling: f64 = (0..2)
             .map(|i| {
-                let input = crate::tyre::tyre::Input {
+                let input = crate::tyre::paper::Input {
                     slip_ratio: 0.0,
                     slip_angle: 0.0,
                     camber: scratch.wheels[i].camber,

@@ -27,7 +27,7 @@ use crate::simulate::effects::{Effect, ModelError};
 use crate::statistics::random::Random;
 use crate::store::objects::files::read_text;
 use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
-use crate::tyre::tyre::NO_LIMIT;
+use crate::tyre::paper::NO_LIMIT;
 use crate::tyre::tyre_model::USUAL_SHARE;
 use crate::tyre::{MagicFormula, Stiffness, Tyre};
 

@@ -16,7 +16,7 @@ use crate::estimate::signals::Signals;
 use crate::fit::cornering;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::simulate::multibody::Wheel;
-use crate::tyre::tyre::trail_0;
+use crate::tyre::paper::trail_0;
 
 /// True coefficients, in the order of the tables; those that are not known are not there.
 pub(crate) type Truth = Vec<(Id, f64)>;

@@ -9,7 +9,7 @@ use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::simulate::multibody::Model;
 use crate::statistics::search;
 use crate::tyre::magic_formula::MagicFormula;
-use crate::tyre::tyre::{Input, Stiffness, Tyre};
+use crate::tyre::paper::{Input, Stiffness, Tyre};
 use crate::tyre::tyre_model::TyreModel;
 
 /// The paper's coefficients of one tyre at a load, by central differences about rest.

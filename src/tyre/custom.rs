@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::magic_formula::MagicFormula;
-use super::tyre::{Input, Output, Stiffness, Tyre, slip_stiffness_under};
+use super::paper::{Input, Output, Stiffness, Tyre, slip_stiffness_under};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel, USUAL_SHARE};
 use crate::contract::bike::{USUAL_SLIP_STIFFNESS_LOAD, WheelData};
 use crate::contract::coefficient::Coefficient as C;

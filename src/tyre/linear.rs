@@ -1,7 +1,7 @@
 //! A linear tyre whose whole side force lags: the tyre of Sharp (1971).
 
 use super::keys::{Keys, Missing};
-use super::tyre::{Input, Output};
+use super::paper::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// Side force `-(C_alpha alpha + C_gamma gamma)` whatever the load.

@@ -12,7 +12,7 @@
 
 use super::keys::{Keys, Missing};
 use super::mf_62_scale::Scale;
-use super::tyre::{Input, Output};
+use super::paper::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// Coefficients of one letter and direction; index 0 is the source's 1. Absent ones are zero.

@@ -16,7 +16,7 @@
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
 use super::keys::{Keys, Missing};
-use super::tyre::{Input, Output};
+use super::paper::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// One tyre; names as in the source (lower case), SI.

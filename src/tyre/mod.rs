@@ -13,11 +13,11 @@ mod mf_62_scale;
 pub(crate) mod mf_mc;
 pub(crate) mod offroad;
 pub(crate) mod pair;
+pub(crate) mod paper;
 pub(crate) mod published;
 pub(crate) mod tir;
 pub(crate) mod tydex;
-pub(crate) mod tyre;
 pub(crate) mod tyre_model;
 
 pub(crate) use magic_formula::MagicFormula;
-pub(crate) use tyre::{Stiffness, Tyre};
+pub(crate) use paper::{Stiffness, Tyre};

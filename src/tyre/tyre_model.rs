@@ -1,6 +1,6 @@
 //! What the simulator asks of a tyre, whatever its formulas.
 
-use super::tyre::{Input, Output};
+use super::paper::{Input, Output};
 
 /// Unloaded shape and vertical spring of a tyre.
 #[derive(Debug, Clone, Copy, PartialEq)]

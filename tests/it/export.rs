@@ -13,7 +13,7 @@ use roadbench::internals::report::export::tyre::{Characterised, Setting};
 use roadbench::internals::simulate::effects::Effect;
 use roadbench::internals::simulate::effects::extended_model::ExtendedModel;
 use roadbench::internals::simulate::effects::models::Models;
-use roadbench::internals::tyre::tyre::Input;
+use roadbench::internals::tyre::paper::Input;
 
 pub const SESSION: &str = "archive_s0001";
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";

@@ -14,7 +14,7 @@ use roadbench::internals::simulate::scenario::{Machine, Scenario};
 use roadbench::internals::simulate::tour::Tour;
 use roadbench::internals::simulate::{multibody_ride as multibody, ride};
 use roadbench::internals::tyre::custom::Custom;
-use roadbench::internals::tyre::tyre::Input;
+use roadbench::internals::tyre::paper::Input;
 use roadbench::internals::tyre::tyre_model::TyreModel;
 
 use super::export::roadbench;

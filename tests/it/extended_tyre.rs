@@ -12,8 +12,8 @@ use roadbench::internals::report::export::{check, effects, ends, grid};
 use roadbench::internals::simulate::effects::extended_model::{Estimate, ExtendedModel};
 use roadbench::internals::simulate::effects::models::Models;
 use roadbench::internals::simulate::effects::{Effect, tyre_file};
+use roadbench::internals::tyre::paper::Input;
 use roadbench::internals::tyre::tir;
-use roadbench::internals::tyre::tyre::Input;
 use roadbench::internals::tyre::tyre_model::TyreModel;
 
 use super::export::{BIKES, SESSION, here, ridden, ridden_with, roadbench, there};

@@ -10,7 +10,7 @@ use roadbench::internals::report::export::tyre::Characterised;
 use roadbench::internals::simulate::effects::ModelError;
 use roadbench::internals::simulate::effects::extended_tyre::ExtendedTyre;
 use roadbench::internals::tyre::custom::Custom;
-use roadbench::internals::tyre::tyre::{Input, Tyre};
+use roadbench::internals::tyre::paper::{Input, Tyre};
 use roadbench::internals::tyre::{MagicFormula, Stiffness};
 
 use crate::export::there;

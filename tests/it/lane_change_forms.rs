@@ -15,7 +15,7 @@ use roadbench::internals::simulate::effects::tyre_file;
 use roadbench::internals::simulate::pilot::Skill;
 use roadbench::internals::simulate::tour::Tour;
 use roadbench::internals::simulate::{compare, ride};
-use roadbench::internals::tyre::tyre::{Input, Output};
+use roadbench::internals::tyre::paper::{Input, Output};
 use roadbench::internals::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 use crate::export::{here, there};

@@ -501,7 +501,7 @@ fn a_property_file_gives_the_fitted_tyre_back() {
         roadbench::internals::tyre::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
     let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
         let load = 1500.0;
-        let out = tyre.forces(&roadbench::internals::tyre::tyre::Input {
+        let out = tyre.forces(&roadbench::internals::tyre::paper::Input {
             slip_ratio,
             slip_angle,
             camber,

@@ -6,10 +6,10 @@ use std::path::Path;
 use roadbench::internals::contract::bike::{Axle, Bike};
 use roadbench::internals::report::export::fitted::Fitted;
 use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::tyre::paper::Input;
 use roadbench::internals::tyre::tydex::read::{parse, read};
 use roadbench::internals::tyre::tydex::write::{Head, write};
 use roadbench::internals::tyre::tydex::{Bench, Point};
-use roadbench::internals::tyre::tyre::Input;
 
 use super::export::{BIKES, SESSION, here, ridden, roadbench};
 

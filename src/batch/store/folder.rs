@@ -435,7 +435,7 @@ impl Store {
                 above.any(|folder| folder.to_str().is_some_and(|f| found.contains(f)))
                     || (!log.is_remote() && log.exists().is_err())
             };
-            let is_foreign = self.found.kind.is_foreign(&row);
+            let is_foreign = self.found.kind.is_foreign(row);
             if is_below && !is_foreign && !found.contains(&row.path) && !is_hidden() {
                 self.mark_behind()?;
                 remove(&at)?;

@@ -10,7 +10,7 @@ use crate::simulate::effects::physics::Reach;
 use crate::simulate::effects::{Effect, ModelError, PRIOR};
 use crate::tyre::MagicFormula;
 use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
-use crate::tyre::tyre::trail_0;
+use crate::tyre::paper::trail_0;
 use crate::tyre::tyre_model::{Carcass, USUAL_SHARE};
 
 /// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².

@@ -25,7 +25,7 @@ use crate::simulate::rider::steer_as_felt;
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
 use crate::tyre::dive::above_axles;
 use crate::tyre::pair::both;
-use crate::tyre::tyre::NO_LIMIT;
+use crate::tyre::paper::NO_LIMIT;
 use crate::tyre::{Stiffness, Tyre};
 
 /// How fast the throttle brings the speed back, 1/s.

@@ -26,7 +26,7 @@ use crate::simulate::effects::physics::{Reach, Rolling};
 use crate::tyre::dive::above_axles;
 use crate::tyre::kinematics::height_in_plane;
 use crate::tyre::pair::both;
-use crate::tyre::tyre::slip_stiffness_under;
+use crate::tyre::paper::slip_stiffness_under;
 use crate::tyre::tyre_model::{Carcass, load_lead};
 
 /// Names of the channels, in their order.

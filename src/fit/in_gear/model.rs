@@ -28,7 +28,7 @@ use super::parameters::*;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::motorcycle::balance::{Lengths, pitching};
-use crate::tyre::tyre::slip_stiffness_under;
+use crate::tyre::paper::slip_stiffness_under;
 
 /// Residuals.
 pub(crate) const KINDS: usize = 4;

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::grid::Grid;
 use super::tyre::Characterised;
 use crate::report::export::error::Error;
+use crate::tyre::paper::{Input, Output};
 use crate::tyre::tir;
-use crate::tyre::tyre::{Input, Output};
 
 /// Largest differences over some ranges, over the largest value there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -2,7 +2,7 @@
 
 use super::ranges::Ranges;
 use super::tyre::Characterised;
-use crate::tyre::tyre::Input;
+use crate::tyre::paper::Input;
 
 /// What a ride without samples of a kind is given.
 const SLIP: [f64; 2] = [-0.2, 0.0];

@@ -13,7 +13,7 @@ use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::report::export::error::Error;
 use crate::tyre::mf_mc::MfMc;
-use crate::tyre::tyre::trail_0;
+use crate::tyre::paper::trail_0;
 use crate::tyre::tyre_model::TyreModel;
 
 /// `pKy3`: so large that the stiffness is proportional to load, as the characterised tyre has it

@@ -3,7 +3,7 @@
 use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 use super::validity::Validity;
-use crate::tyre::tyre::Input;
+use crate::tyre::paper::Input;
 
 /// The points of some ranges at which a tyre is compared.
 #[derive(Debug, Clone, Copy)]

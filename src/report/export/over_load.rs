@@ -9,7 +9,7 @@
 use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 use super::validity::Validity;
-use crate::tyre::tyre::slip_stiffness_under;
+use crate::tyre::paper::slip_stiffness_under;
 
 /// What changes with load, each over its value under the load at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,7 +10,7 @@ use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::report::export::error::Error;
 use crate::statistics::nonlinear::{self, Model, Options};
-use crate::tyre::tyre::{Input, Output};
+use crate::tyre::paper::{Input, Output};
 
 /// Puts parameters into a set.
 pub(crate) type Apply<S> = fn(&mut S, &[f64]);

@@ -8,9 +8,9 @@ use super::file::{LONGVL, one_line};
 use super::fitted::Fitted;
 use super::tyre::Characterised;
 use crate::report::export::error::Error;
+use crate::tyre::paper::Input;
 use crate::tyre::tydex::Point;
 use crate::tyre::tydex::write::{Head, write as text};
-use crate::tyre::tyre::Input;
 
 /// Points of a sweep of slip ratio, slip angle, camber.
 const POINTS: [usize; 3] = [41, 21, 29];

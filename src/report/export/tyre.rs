@@ -9,7 +9,7 @@ use crate::report::export::error::Error;
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
 use crate::tyre::custom::Custom;
-use crate::tyre::tyre::{Input, Output, Tyre};
+use crate::tyre::paper::{Input, Output, Tyre};
 use crate::tyre::tyre_model::TyreModel;
 
 /// One tyre of one session, ready to be evaluated.

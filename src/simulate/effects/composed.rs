@@ -3,7 +3,7 @@
 use super::ModelError;
 use super::physics::Rolling;
 use crate::contract::bike::Axle;
-use crate::tyre::tyre::{Output, Tyre};
+use crate::tyre::paper::{Output, Tyre};
 
 /// What a tyre acts on when its output is corrected.
 #[derive(Debug, Clone, Copy)]

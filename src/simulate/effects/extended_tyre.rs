@@ -4,7 +4,7 @@ use super::ModelError;
 use super::composed::{Acting, LEAST_UNDER_LOAD};
 use super::physics::Rolling;
 use crate::tyre::custom::Custom;
-use crate::tyre::tyre::{Input, Output, Tyre};
+use crate::tyre::paper::{Input, Output, Tyre};
 use crate::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// A tyre whose stiffness, friction, trail, rolling resistance and rolling radius are not those of its formulas.

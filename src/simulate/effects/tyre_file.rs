@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use crate::simulate::effects::ALL;
     use crate::simulate::scenario::Scenario;
-    use crate::tyre::tyre::Input;
+    use crate::tyre::paper::Input;
 
     fn custom() -> Custom {
         let plant = Scenario::builtin("perfect").expect("scenario").nominal_plant();

@@ -11,7 +11,7 @@ use crate::simulate::effects::physics::Rolling;
 use crate::tyre::formulation::Formulation::Corrected;
 use crate::tyre::kinematics::{below_mass_centre, front_wheel, steering_rate};
 use crate::tyre::pair::both;
-use crate::tyre::tyre::{Input, Output, slip_stiffness_under};
+use crate::tyre::paper::{Input, Output, slip_stiffness_under};
 use crate::tyre::tyre_model::load_lead;
 
 /// How the motorcycle lies at an instant. Pairs are front and rear.

@@ -4,7 +4,7 @@ use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::simulate::effects::ModelError;
 use crate::tyre::kinematics::height_in_plane;
-use crate::tyre::tyre::Tyre;
+use crate::tyre::paper::Tyre;
 use crate::tyre::tyre_model::Carcass;
 
 /// Everything true about the simulated bike. SI.

@@ -1,7 +1,7 @@
 //! The state of the reduced-order motorcycle, its inputs and its response.
 
 use crate::tyre::pair::both;
-use crate::tyre::tyre::Output;
+use crate::tyre::paper::Output;
 
 /// The integrated state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

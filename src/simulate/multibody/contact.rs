@@ -20,7 +20,7 @@ use super::road::Road;
 use super::state::Wheel;
 use crate::simulate::effects::ModelError;
 use crate::simulate::multibody::bodies::tree::Link;
-use crate::tyre::tyre::Input;
+use crate::tyre::paper::Input;
 use crate::tyre::tyre_model::{Carcass, Reference, TyreModel};
 
 /// Slips are formed with at least this speed, m/s: no division by a standstill.

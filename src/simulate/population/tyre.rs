@@ -8,7 +8,7 @@ use crate::simulate::motorcycle::Plant;
 use crate::simulate::tyre_truth;
 use crate::statistics::random::Random;
 use crate::tyre::custom::Custom;
-use crate::tyre::tyre::Tyre;
+use crate::tyre::paper::Tyre;
 use crate::tyre::tyre_model::{TyreModel, USUAL_SHARE};
 use crate::tyre::{published, tir};
 

@@ -83,7 +83,7 @@ pub fn notes(ridden: &TrackRide) -> String {
     let slip_stiffness = [0, 1].map(|k| {
         let pull = |slip_ratio: f64| {
             let load = loads[k];
-            let input = crate::tyre::tyre::Input {
+            let input = crate::tyre::paper::Input {
                 slip_ratio,
                 slip_angle: 0.0,
                 camber: 0.0,

@@ -100,7 +100,7 @@ impl Link {
     }
 
     /// Parameters to link axes.
-    pub fn to_link(&self, v: &Vector3<f64>) -> Vector3<f64> {
+    pub fn to_link(self, v: &Vector3<f64>) -> Vector3<f64> {
         times_transposed(&self.rotation, v)
     }
 
