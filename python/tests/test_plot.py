@@ -88,7 +88,7 @@ def test_without_matplotlib(written, log, monkeypatch):
 
 def test_axes_are_those_of_the_report():
     """The report has its own catalogue, in Rust: the same quantities in the same units."""
-    source = "".join((ROOT / "src" / "plots" / f"{name}.rs").read_text() for name in ("fits", "ride", "offroad"))
+    source = "".join((ROOT / "src" / "report" / "plots" / f"{name}.rs").read_text() for name in ("fits", "ride", "offroad"))
     theirs = set(re.findall(r'Axis::new\(\s*"([^"]+)", "([^"]*)"', source))
     theirs |= {(label, "°") for label in re.findall(r'Axis::degrees\("([^"]+)"\)', source)}
     theirs |= {(label, "N") for label in re.findall(r'panel!\("([^"]+)"', source)}

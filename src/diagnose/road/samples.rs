@@ -11,9 +11,6 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::simulate::effects::ride::{Brakes, acting_pressure, along_strip, brake_history};
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
 
-/// Time around a manoeuvre that its samples depend on, s: smoothers, twice where a derivative is smoothed again, and how
-/// long a pressure acts.
-const REACH: f64 = NOISY + 1.0;
 /// Samples per second.
 pub(crate) const RATE: f64 = 10.0;
 /// Samples of a block: residuals are their means.
@@ -141,30 +138,19 @@ impl Samples {
         let rate = session.rate;
         let n = session.len;
         let missing = || vec![f64::NAN; n];
-        // what is far from every manoeuvre is neither smoothed nor differentiated
-        let windows = windows(picks, (REACH * rate).ceil() as usize, n);
-        let near = |x: &[f64], of: &dyn Fn(&[f64]) -> Vec<f64>| {
-            let mut out = missing();
-            for window in &windows {
-                out[window.clone()].copy_from_slice(&of(&x[window.clone()]));
-            }
-            out
-        };
-        let smoothed =
-            |c: Channel| session.get(c).map_or_else(missing, |x| near(x, &|x| smooth(x, rate)));
-        let change = |x: &[f64]| near(x, &|x| gradient(x, rate));
+        let smoothed = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
         let column = |c: Channel| {
             let x = smoothed(c);
-            let d = change(&x);
+            let d = gradient(&x, rate);
             (x, d)
         };
         let (v, vd) = column(Channel::VelocityX);
         let (vy, vyd) = column(Channel::VelocityY);
         let (roll, rolld) = column(Channel::Roll);
-        let rolldd = near(&rolld, &|x| gradient(&smooth(x, rate), rate));
-        let quiet = |d: &[f64]| near(d, &|d| mean_twice(&bridged(d.to_vec()), rate, NOISY));
+        let rolldd = gradient(&smooth(&rolld, rate), rate);
+        let quiet = |d: &[f64]| mean_twice(&bridged(d.to_vec()), rate, NOISY);
         let [vd_quiet, vyd_quiet] = [&vd, &vyd].map(|d| quiet(d));
-        let [vdd, vydd] = [&vd_quiet, &vyd_quiet].map(|d| change(d));
+        let [vdd, vydd] = [&vd_quiet, &vyd_quiet].map(|d| gradient(d, rate));
         let (yaw_rate, yaw_rated) = column(Channel::YawRate);
         let (omega_f, omegad_f) = column(Channel::WheelSpeedFront);
         let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
@@ -175,8 +161,8 @@ impl Samples {
         let brakes = brake_history(session);
         let along = along_strip(session);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
-        let dived = near(&dive, &|x| gradient(&mean_twice(x, rate, NOISY), rate));
-        let divedd = change(&dived);
+        let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
+        let divedd = gradient(&dived, rate);
         let mut out = Samples { block: BLOCK, ..Samples::default() };
         for (kind, chosen) in picks {
             let start = out.len();
@@ -219,22 +205,6 @@ impl Samples {
         }
         out
     }
-}
-
-/// Stretches of a session of `n` samples that hold the samples looked at, and `reach` samples around.
-fn windows(picks: &[(ManoeuvreKind, Vec<usize>)], reach: usize, n: usize) -> Vec<Range<usize>> {
-    let ends = picks.iter().filter_map(|(_, own)| Some((*own.iter().min()?, *own.iter().max()?)));
-    let mut each: Vec<Range<usize>> =
-        ends.map(|(first, last)| first.saturating_sub(reach)..(last + reach + 1).min(n)).collect();
-    each.sort_by_key(|w| w.start);
-    let mut out: Vec<Range<usize>> = Vec::new();
-    for window in each {
-        match out.last_mut() {
-            Some(last) if window.start <= last.end => last.end = last.end.max(window.end),
-            _ => out.push(window),
-        }
-    }
-    out
 }
 
 /// Which samples of a session are looked at: per manoeuvre, whole blocks of them.
