@@ -22,7 +22,7 @@ pub mod batch {
         }
         pub mod distributed {
             pub use crate::batch::jobs::distributed::{Answer, Driver, Task, Terms, Worker};
-            pub use crate::batch::jobs::what::What;
+            pub use crate::batch::jobs::job_kind::JobKind;
         }
         pub mod in_memory {
             pub use crate::batch::jobs::in_memory::{Log, run};

@@ -170,15 +170,15 @@ pub use batch::jobs::distributed::{Answer, Driver, Task, Terms, Worker};
 pub use batch::jobs::in_memory::{
     Log, NO_PATH, Tables, diagnose as diagnose_session, run as run_session,
 };
+pub use batch::jobs::job_kind::JobKind;
 pub use batch::jobs::run::{RunWork, finish as finish_run};
-pub use batch::jobs::what::What;
 pub use batch::jobs::work::{Work, guarded};
 pub use batch::settings::{Maps, Settings as BatchSettings};
 pub use batch::store::folder::Store;
 pub use batch::store::reading::Reading;
 pub use batch::summary::Summary;
-pub use batch::workers::fence::limits::Asked;
-pub use batch::workers::fence::{Fenced, WORKER, started_by};
+pub use batch::workers::fence::limits::LimitOptions;
+pub use batch::workers::fence::{Sandboxed, WORKER, started_by};
 pub use batch::workers::scheduler::{Accounts, run as run_batch};
 pub use report::assets::Pages;
 

@@ -4,8 +4,8 @@
 use std::io::Write;
 use std::sync::OnceLock;
 
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::formats::survey::survey;
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::formats::survey::survey;
 use tempfile::NamedTempFile;
 
 const FRAMES: &[u8] = include_bytes!("../seeds/can/ride.log");

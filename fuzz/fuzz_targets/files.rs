@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use roadbench::contract::bike::Bike;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::tyre::tir;
-use roadbench::pipeline::Pipeline;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::tyre::tir;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     let _ = Bike::parse(text, "b", Path::new("b.toml"));

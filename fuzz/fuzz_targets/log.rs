@@ -6,12 +6,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use roadbench::ingest;
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::maps as map;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::formats::survey::survey;
-use roadbench::pipeline::Pipeline;
+use roadbench::internals::ingest;
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::formats::survey::survey;
+use roadbench::internals::ingest::maps as map;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::Pipeline;
 
 /// What the samples of fixtures/formats are read with, besides the maps that are shipped.
 const MAPS: [&str; 4] = [

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::errors::{self, failed, invalid};
 use roadbench::{
-    Accounts, Asked, BatchError, BatchSettings, DiagnoseWork, DiagnosisSettings, Fenced, Location,
-    Maps, Pages, Pipeline, RunWork, Store, Summary, What, Work, finish_diagnose, finish_run,
-    run_batch,
+    Accounts, BatchError, BatchSettings, DiagnoseWork, DiagnosisSettings, JobKind, LimitOptions,
+    Location, Maps, Pages, Pipeline, RunWork, Sandboxed, Store, Summary, Work, finish_diagnose,
+    finish_run, run_batch,
 };
 
 /// How often Python is asked whether the user wants to stop.
@@ -97,11 +97,11 @@ impl Given {
     }
 
     /// What is done with each log on a cluster.
-    pub fn what(&self) -> What {
+    pub fn what(&self) -> JobKind {
         let Options { signals, nulls, advise, diagnose, .. } = self.options;
         match diagnose {
-            true => What::Diagnose { nulls, advise },
-            false => What::Run { signals },
+            true => JobKind::Diagnose { nulls, advise },
+            false => JobKind::Run { signals },
         }
     }
 
@@ -116,8 +116,8 @@ impl Given {
 pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
     let given = Given::read(options)?;
     let (start, started) = (Instant::now(), Timestamp::now());
-    let work =
-        Fenced::new(given.run_work(), &given.settings(), Asked::default()).map_err(failed)?;
+    let work = Sandboxed::new(given.run_work(), &given.settings(), LimitOptions::default())
+        .map_err(failed)?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
@@ -145,7 +145,7 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
     let settings = DiagnosisSettings { nulls, advise, ..Default::default() };
     let work =
         DiagnoseWork::new(settings).map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
-    let work = Fenced::new(work, &given.settings(), Asked::default()).map_err(failed)?;
+    let work = Sandboxed::new(work, &given.settings(), LimitOptions::default()).map_err(failed)?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::archive::{Given, json, read, whole};
 use crate::errors::failed;
-use roadbench::{Answer, Pages, Pipeline, Summary, Terms, What, finish_diagnose, finish_run};
+use roadbench::{Answer, JobKind, Pages, Pipeline, Summary, Terms, finish_diagnose, finish_run};
 
 /// Plans a batch, holds its output, and keeps the accounts.
 #[pyclass(frozen, module = "roadbench._roadbench")]
@@ -54,15 +54,15 @@ impl Driver {
             let (accounts, store) = driver.close(answers).map_err(failed)?;
             if store.is_behind() {
                 match what {
-                    What::Run { .. } => finish_run(&store, Pages::Auto, |_| Ok(())).map(drop),
-                    What::Diagnose { .. } => finish_diagnose(&store).map(drop),
+                    JobKind::Run { .. } => finish_run(&store, Pages::Auto, |_| Ok(())).map(drop),
+                    JobKind::Diagnose { .. } => finish_diagnose(&store).map(drop),
                 }
                 .map_err(failed)?;
             }
             let (start, started) = self.began;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::of(&accounts, &self.pipeline, started, seconds);
-            if let What::Run { .. } = what {
+            if let JobKind::Run { .. } = what {
                 summary.write(store.root()).map_err(failed)?;
             }
             whole(&accounts)?;

@@ -11,7 +11,7 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
-use crate::batch::workers::fence::{Asked, Fenced};
+use crate::batch::workers::fence::{LimitOptions, Sandboxed};
 use crate::batch::workers::scheduler as engine;
 use crate::batch::workers::scheduler::{Accounts, Intended};
 use crate::batch::{self, Maps, Settings, State, Work};
@@ -98,7 +98,7 @@ pub(crate) struct Given {
     maps: Maps,
     force: bool,
     since: Option<SystemTime>,
-    limits: Asked,
+    limits: LimitOptions,
 }
 
 impl Options {
@@ -163,7 +163,7 @@ impl Options {
             maps: Maps::read(&self.map).map_err(Failure::usage)?,
             force: self.force,
             since: self.since,
-            limits: Asked {
+            limits: LimitOptions {
                 memory: self.memory_limit,
                 time: self.time_limit,
                 in_process: self.in_process,
@@ -176,9 +176,9 @@ impl Given {
     /// A work whose logs are read by workers, if not asked otherwise.
     ///
     /// # Errors
-    /// As [`Fenced::new`].
-    pub(crate) fn fenced<W: Work>(&self, work: W) -> Result<Fenced<W>, Failure> {
-        Ok(Fenced::new(work, &self.settings(), self.limits)?)
+    /// As [`Sandboxed::new`].
+    pub(crate) fn fenced<W: Work>(&self, work: W) -> Result<Sandboxed<W>, Failure> {
+        Ok(Sandboxed::new(work, &self.settings(), self.limits)?)
     }
 
     /// As the batch takes them.

@@ -14,7 +14,7 @@ pub enum Error {
     /// A number or name is wrong.
     #[error(transparent)]
     Key(#[from] KeyError),
-    /// The bike that it would be told to have is wrong.
+    /// The bike file that would go with it is wrong.
     #[error(transparent)]
     Bike(#[from] contract::bike::Error),
     /// The motorcycle is wrong.

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use roadbench::internals::batch::jobs::bikes::{BikeFile, hash_settings};
-use roadbench::internals::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+use roadbench::internals::batch::jobs::distributed::{
+    Answer, Driver, JobKind, Task, Terms, Worker,
+};
 use roadbench::internals::batch::jobs::in_memory;
 use roadbench::internals::batch::jobs::run::RunWork;
 use roadbench::internals::batch::workers::scheduler as engine;
@@ -85,9 +87,9 @@ fn workers_write_what_one_machine_writes() {
 
     let out = Location::from(&many);
     let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    let driver = Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
+    let driver = Driver::open(&at, Vec::new(), JobKind::Run { signals: false }).expect("open");
     let busy =
-        Driver::open(&at, Vec::new(), What::Run { signals: false }).expect_err("one at a time");
+        Driver::open(&at, Vec::new(), JobKind::Run { signals: false }).expect_err("one at a time");
     assert!(matches!(busy, Error::Usage(_)), "{busy}");
     let tasks = driver.tasks();
     assert_eq!(tasks.len(), 3);
@@ -107,7 +109,7 @@ fn workers_write_what_one_machine_writes() {
     assert_eq!(files(&one), files(&many));
 
     // nothing has changed
-    let driver = Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
+    let driver = Driver::open(&at, Vec::new(), JobKind::Run { signals: false }).expect("open");
     let answers: Vec<Answer> =
         driver.tasks().iter().map(|task| send(driver.terms(), task).expect("done")).collect();
     assert_eq!(answers.iter().filter(|a| a.state == State::Unchanged).count(), 2);
@@ -133,7 +135,7 @@ fn an_answer_that_is_not_so_is_found_out() {
     let (bikes, out) = (fixtures().join("bikes").into(), folder.path().join("out").into());
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    let open = || Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
+    let open = || Driver::open(&at, Vec::new(), JobKind::Run { signals: false }).expect("open");
     let lie = |task: &Task| Answer {
         log: task.log.clone(),
         state: State::Done,

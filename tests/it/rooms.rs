@@ -238,7 +238,7 @@ fn every_room_stands_in_the_order() {
     assert!(rooms.len() > 10 && all.len() > 300, "{} rooms, {} files", rooms.len(), all.len());
 }
 
-/// Whoever uses the library needs its interface only: the Python module, the program and the examples of the book.
+/// The Python module, the program and the examples of the book need the interface only.
 #[test]
 fn the_interface_serves_python_the_program_and_the_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -252,6 +252,26 @@ fn the_interface_serves_python_the_program_and_the_examples() {
         assert!(text.contains("roadbench") || text.contains("pyo3"), "{}", file.display());
         assert!(!text.contains("internals"), "{} uses internals", file.display());
     }
+}
+
+/// Fuzz targets are a workspace of their own that no test compiles: what they import is in the list of `internals`.
+#[test]
+fn fuzz_targets_import_what_there_is() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list = std::fs::read_to_string(source().join("internals.rs")).expect("UTF-8");
+    let mut imports = 0;
+    for file in std::fs::read_dir(root.join("fuzz/fuzz_targets")).expect("targets") {
+        let text = std::fs::read_to_string(file.expect("a target").path()).expect("UTF-8");
+        for line in text.lines().filter_map(|l| l.strip_prefix("use roadbench::")) {
+            let path = line.strip_prefix("internals::").expect("through internals");
+            let path = path.trim_end_matches(';').split(" as ").next().unwrap_or_default();
+            let name = path.rsplit("::").next().unwrap_or_default();
+            let words = list.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            assert!(words.into_iter().any(|word| word == name), "{line} is not in internals.rs");
+            imports += 1;
+        }
+    }
+    assert!(imports > 5, "{imports}");
 }
 
 /// All that is held against the imports: to read them takes longer than everything else.

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
-use super::what::What;
+use super::job_kind::JobKind;
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
@@ -49,11 +49,11 @@ impl Work for DiagnoseWork {
     }
 
     /// Effects that were chosen are of tests and studies.
-    fn what(&self) -> Option<What> {
+    fn what(&self) -> Option<JobKind> {
         let Settings { nulls, advise, effects } = &self.settings;
         let all = Settings::default().effects;
         let is_all = effects.iter().map(|e| e.name).eq(all.iter().map(|e| e.name));
-        is_all.then_some(What::Diagnose { nulls: *nulls, advise: *advise })
+        is_all.then_some(JobKind::Diagnose { nulls: *nulls, advise: *advise })
     }
 
     fn run(

@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::diagnose::DiagnoseWork;
+pub(crate) use super::job_kind::JobKind;
 use super::run::RunWork;
 use super::session::{self, Ended};
-pub(crate) use super::what::What;
 use super::work::Work;
 use crate::batch::discover::inputs;
 use crate::batch::error::Error;
@@ -58,7 +58,7 @@ pub struct Terms {
     /// Compute again what is there already.
     pub force: bool,
     /// What is done with each log.
-    pub what: What,
+    pub what: JobKind,
 }
 
 pub(crate) fn run_work(signals: bool) -> RunWork {
@@ -173,11 +173,11 @@ impl Driver {
     pub fn open(
         settings: &Settings<'_>,
         maps: Vec<(String, String)>,
-        what: What,
+        what: JobKind,
     ) -> Result<Self, Error> {
         match what {
-            What::Run { signals } => Self::with(settings, maps, &run_work(signals), what),
-            What::Diagnose { nulls, advise } => {
+            JobKind::Run { signals } => Self::with(settings, maps, &run_work(signals), what),
+            JobKind::Diagnose { nulls, advise } => {
                 Self::with(settings, maps, &diagnose_work(nulls, advise)?, what)
             }
         }
@@ -187,7 +187,7 @@ impl Driver {
         settings: &Settings<'_>,
         maps: Vec<(String, String)>,
         work: &impl Work,
-        what: What,
+        what: JobKind,
     ) -> Result<Self, Error> {
         let (found, bikes) = inputs(settings)?;
         let inputs = found.len();
@@ -224,7 +224,7 @@ impl Driver {
     }
 
     /// What is done with each log.
-    pub fn what(&self) -> &What {
+    pub fn what(&self) -> &JobKind {
         &self.terms.what
     }
 
@@ -285,7 +285,7 @@ impl Driver {
         self.store.tidy()?;
         self.store.merge()?;
         let there = self.store.found().read_again()?;
-        let signals = matches!(self.terms.what, What::Run { signals: true });
+        let signals = matches!(self.terms.what, JobKind::Run { signals: true });
         self.store.expect(logs());
         let mut accounts = Accounts {
             inputs: self.inputs,
@@ -406,10 +406,10 @@ impl Worker {
         };
         let mut answer = Answer::of(&task.log);
         match self.terms.what {
-            What::Run { signals } => {
+            JobKind::Run { signals } => {
                 answer.take(ended(&job, &settings, task.there, &run_work(signals))?);
             }
-            What::Diagnose { nulls, advise } => {
+            JobKind::Diagnose { nulls, advise } => {
                 let work = diagnose_work(nulls, advise)?;
                 answer.take(ended(&job, &settings, task.there, &work)?);
             }

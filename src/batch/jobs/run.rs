@@ -2,7 +2,7 @@
 //! the report over all sessions of the output.
 
 use super::bikes::BikeFile;
-use super::what::What;
+use super::job_kind::JobKind;
 use super::work::{Output, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
@@ -34,8 +34,8 @@ impl Work for RunWork {
         &kind::RUN
     }
 
-    fn what(&self) -> Option<What> {
-        Some(What::Run { signals: self.signals })
+    fn what(&self) -> Option<JobKind> {
+        Some(JobKind::Run { signals: self.signals })
     }
 
     fn is_result_wanted(&self, logs: usize) -> bool {

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use arrow::array::RecordBatch;
 
 use super::bikes::BikeFile;
-use super::what::What;
+use super::job_kind::JobKind;
 use crate::batch::store::kind::Kind;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::maps::ChannelMap;
@@ -31,7 +31,7 @@ pub trait Work: Sync {
     }
 
     /// What a worker process does for it; none where it is done in this process only.
-    fn what(&self) -> Option<What> {
+    fn what(&self) -> Option<JobKind> {
         None
     }
 

@@ -34,7 +34,7 @@ pub(crate) struct Page {
     /// The second line: manoeuvres and warnings.
     pub ridden: String,
     /// The coefficients that the first screen tells.
-    pub result: Vec<Told>,
+    pub result: Vec<Headline>,
     /// How many are neither determined nor assumed.
     pub lacking: usize,
     /// Label and value of what is known of the session.
@@ -62,7 +62,7 @@ pub(crate) struct Page {
 /// A coefficient on the first screen.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in `Row`
-pub(crate) struct Told {
+pub(crate) struct Headline {
     pub what: String,
     pub value: String,
     pub unit: String,
@@ -230,7 +230,7 @@ pub(crate) fn absent_charts(figures: &Figures) -> Vec<&'static str> {
 }
 
 /// The main coefficients that were determined.
-fn result(coefficients: &[Coefficient]) -> Vec<Told> {
+fn result(coefficients: &[Coefficient]) -> Vec<Headline> {
     let tyres = |(coefficient, words)| {
         [Part::Front, Part::Rear].map(|part| (Id { part, coefficient }, words))
     };
@@ -241,7 +241,7 @@ fn result(coefficients: &[Coefficient]) -> Vec<Told> {
     rows.filter(|(c, _)| c.status == Status::Ok)
         .map(|(c, words)| {
             let row = row(c);
-            Told {
+            Headline {
                 what: format!("{} {words}", c.tyre),
                 value: row.value,
                 unit: row.unit,

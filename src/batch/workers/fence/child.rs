@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::limits::{self, Limits};
-use super::wire::{self, Answer, Question, Setup, Told};
+use super::wire::{self, Answer, Question, Response, Setup};
 use crate::store::objects::counts;
 
 /// How often a worker's processor time is looked at.
@@ -114,7 +114,7 @@ impl Child {
     ) -> Result<(Answer, Vec<u8>), Ended> {
         self.asked += 1;
         let (start, used) = (Instant::now(), self.processor_time());
-        let sent = self.send(&wire::Asked { memory: limits.bytes(), question });
+        let sent = self.send(&wire::Request { memory: limits.bytes(), question });
         loop {
             match self.answers.recv_timeout(LOOK) {
                 Ok(Ok(answer)) => return Ok(answer),
@@ -205,7 +205,7 @@ impl Drop for Child {
 fn listen(from: ChildStdout, to: &Sender<io::Result<(Answer, Vec<u8>)>>) {
     let mut from = BufReader::new(from);
     loop {
-        let told = wire::receive::<Told>(&mut from, LARGEST);
+        let told = wire::receive::<Response>(&mut from, LARGEST);
         let answer = told.map(|(told, body)| {
             counts::add_all(&told.requests);
             (told.answer, body)

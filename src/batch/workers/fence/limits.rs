@@ -14,7 +14,7 @@ const SHARE: f64 = 0.8;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Asked {
+pub struct LimitOptions {
     /// Memory that one log may take, GB; else by its size.
     pub memory: Option<f64>,
     /// Processor time that one log may take, s; else by its size.
@@ -23,7 +23,7 @@ pub struct Asked {
     pub in_process: bool,
 }
 
-impl Asked {
+impl LimitOptions {
     /// The limits of a log of so many bytes, one of so many that are read at the same time.
     pub fn limits(&self, bytes: u64, jobs: usize, effort: f64) -> Limits {
         let own = MEMORY.0 + MEMORY.1 * bytes as f64;
@@ -128,11 +128,11 @@ mod tests {
 
     #[test]
     fn a_larger_log_may_take_more_and_what_is_asked_for_holds() {
-        let asked = Asked::default();
+        let asked = LimitOptions::default();
         let (small, large) = (asked.limits(1_000, 1, 1.0), asked.limits(20_000_000, 1, 1.0));
         assert!(large.bytes() > small.bytes() && large.seconds() > small.seconds());
         assert!(asked.limits(1 << 40, 4, 1.0).bytes() as f64 <= 0.8 * machine_memory());
-        let asked = Asked { memory: Some(1.0), time: Some(5.0), in_process: false };
+        let asked = LimitOptions { memory: Some(1.0), time: Some(5.0), in_process: false };
         assert_eq!(asked.limits(1 << 40, 64, 30.0).to_string(), "1.00 GB, 5 s");
     }
 }

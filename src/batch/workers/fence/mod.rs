@@ -1,11 +1,11 @@
 //! Each log in a process of its own that may die: a log is foreign input to native parsers.
 //!
 //! ```text
-//! engine -> Fenced (a Work) -> pool: an idle worker, or a new one -> child: question, answer, deadline -> serve (the worker)
+//! engine -> Sandboxed (a Work) -> pool: an idle worker, or a new one -> child: question, answer, deadline -> serve (the worker)
 //!              quarantine        limits of memory and time             wire: frames over the pipes         sandbox
 //! ```
 //!
-//! [`Fenced`] does what the work in it does, in workers: processes of the same program that read logs and give back the
+//! [`Sandboxed`] does what the work in it does, in workers: processes of the same program that read logs and give back the
 //! files of a session through a pipe. They can write nothing and reach no network (`sandbox`). A worker that
 //! crashes, or goes beyond its limits, costs the batch one log: a row of `rejected` with the code `crashed`,
 //! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
@@ -20,14 +20,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use self::child::Ended;
-pub(crate) use self::limits::{Asked, Limits};
+pub(crate) use self::limits::{LimitOptions, Limits};
 use self::pool::Pool;
 use self::quarantine::Quarantine;
 use self::wire::{Answer, Place, Question, Setup};
 use super::threads;
 use crate::batch::error::Error;
 use crate::batch::jobs::bikes::BikeFile;
-use crate::batch::jobs::what::What;
+use crate::batch::jobs::job_kind::JobKind;
 use crate::batch::jobs::work::{Output, SessionFile, Work};
 use crate::batch::log_hash::hash_file;
 use crate::batch::settings::Settings;
@@ -75,7 +75,7 @@ fn program() -> Vec<OsString> {
 
 /// A work whose logs are read by workers.
 #[derive(Debug)]
-pub struct Fenced<W> {
+pub struct Sandboxed<W> {
     work: W,
     /// None where logs are read in this process.
     workers: Option<Workers>,
@@ -87,20 +87,20 @@ pub struct Fenced<W> {
 #[derive(Debug)]
 struct Workers {
     pool: Pool,
-    asked: Asked,
+    asked: LimitOptions,
     jobs: usize,
     quarantine: Quarantine,
 }
 
-impl<W: Work> Fenced<W> {
+impl<W: Work> Sandboxed<W> {
     /// Puts a work behind the fence. A work that no worker knows, and one whose workers cannot be started, is done in
     /// this process; the latter is said.
     ///
     /// # Errors
     /// The pipeline cannot be written as text: our own mistake.
-    pub fn new(work: W, settings: &Settings<'_>, asked: Asked) -> Result<Self, Error> {
+    pub fn new(work: W, settings: &Settings<'_>, asked: LimitOptions) -> Result<Self, Error> {
         let Some(what) = work.what().filter(|_| !asked.in_process) else {
-            return Ok(Fenced::open(work));
+            return Ok(Sandboxed::open(work));
         };
         let setup = Setup {
             version: crate::VERSION.to_owned(),
@@ -118,7 +118,7 @@ impl<W: Work> Fenced<W> {
                     "no worker process can be started ({}): logs are read in this process, without limits",
                     e.trim_end()
                 );
-                return Ok(Fenced::open(work));
+                return Ok(Sandboxed::open(work));
             }
         };
         let quarantine = match settings.force {
@@ -126,12 +126,12 @@ impl<W: Work> Fenced<W> {
             false => Quarantine::read(settings.out),
         };
         let workers = Some(Workers { pool, asked, jobs, quarantine });
-        Ok(Fenced { workers, ..Fenced::open(work) })
+        Ok(Sandboxed { workers, ..Sandboxed::open(work) })
     }
 
     /// Without a fence.
     pub fn open(work: W) -> Self {
-        Fenced { work, workers: None, wants_results: AtomicBool::new(true) }
+        Sandboxed { work, workers: None, wants_results: AtomicBool::new(true) }
     }
 
     /// The work in it.
@@ -212,7 +212,7 @@ fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
     }
 }
 
-impl<W: Work> Work for Fenced<W>
+impl<W: Work> Work for Sandboxed<W>
 where
     W::Result: Serialize + DeserializeOwned,
 {
@@ -326,12 +326,12 @@ fn cut<'a>(
     (rest.len() as u64 == result).then_some((out, rest))
 }
 
-impl What {
+impl JobKind {
     /// How much longer it takes than a run.
     fn effort(&self) -> f64 {
         match self {
-            What::Run { .. } => 1.0,
-            What::Diagnose { nulls, .. } => 10.0 + *nulls as f64,
+            JobKind::Run { .. } => 1.0,
+            JobKind::Diagnose { nulls, .. } => 10.0 + *nulls as f64,
         }
     }
 }

@@ -7,10 +7,10 @@ use std::sync::mpsc::channel;
 use serde::Serialize;
 
 use super::sandbox;
-use super::wire::{self, Answer, Asked, File, Question, Setup, Told};
+use super::wire::{self, Answer, File, Question, Request, Response, Setup};
 use crate::batch::jobs::bikes::BikeFile;
 use crate::batch::jobs::distributed::{diagnose_work, run_work};
-use crate::batch::jobs::what::What;
+use crate::batch::jobs::job_kind::JobKind;
 use crate::batch::jobs::work::{Work, guarded};
 use crate::batch::settings::Maps;
 use crate::batch::workers::threads::STACK;
@@ -52,8 +52,8 @@ fn ready(setup: Setup) -> Result<(), String> {
     let pipeline = Pipeline::parse(&setup.pipeline, "pipeline")?;
     let maps = Maps::parse(&setup.maps)?;
     match setup.what {
-        What::Run { signals } => answers(&run_work(signals), &pipeline, &maps),
-        What::Diagnose { nulls, advise } => {
+        JobKind::Run { signals } => answers(&run_work(signals), &pipeline, &maps),
+        JobKind::Diagnose { nulls, advise } => {
             let work = diagnose_work(nulls, advise).map_err(|e| e.to_string())?;
             answers(&work, &pipeline, &maps)
         }
@@ -67,7 +67,7 @@ fn answers<W: Work<Result: Serialize>>(
 ) -> Result<(), String> {
     let (sender, questions) = channel();
     let listen = move || {
-        while let Ok((asked, _)) = wire::receive::<Asked<Question>>(&mut io::stdin(), NO_BODY) {
+        while let Ok((asked, _)) = wire::receive::<Request<Question>>(&mut io::stdin(), NO_BODY) {
             if sender.send(asked).is_err() {
                 break;
             }
@@ -78,13 +78,13 @@ fn answers<W: Work<Result: Serialize>>(
     std::thread::Builder::new().spawn(listen).map_err(|e| e.to_string())?;
     let mut to = BufWriter::new(io::stdout());
     let ready = Answer::Ready { version: crate::VERSION.to_owned(), may: sandbox::rights() };
-    let ready = Told { answer: ready, requests: counts::so_far() };
+    let ready = Response { answer: ready, requests: counts::so_far() };
     wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
-    for Asked { memory, question } in questions {
+    for Request { memory, question } in questions {
         sandbox::limit_memory(memory);
         let before = counts::so_far();
         let (answer, bodies) = answer(work, pipeline, maps, question);
-        let answer = Told { answer, requests: counts::since(before) };
+        let answer = Response { answer, requests: counts::since(before) };
         let bodies: Vec<&[u8]> = bodies.iter().map(Vec::as_slice).collect();
         wire::send(&mut to, &answer, &bodies).map_err(|e| e.to_string())?;
     }

@@ -6,7 +6,7 @@ use std::io::{self, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::batch::jobs::what::What;
+use crate::batch::jobs::job_kind::JobKind;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::Identified;
 use crate::store::objects::Location;
@@ -26,14 +26,14 @@ pub(super) struct Setup {
     /// Channel maps: names and texts.
     pub maps: Vec<(String, String)>,
     /// What is done with each log.
-    pub what: What,
+    pub what: JobKind,
     /// Whether the worker needs no network.
     pub offline: bool,
 }
 
 /// What a worker is asked, and the memory it may use for it, bytes.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Asked<Q> {
+pub(super) struct Request<Q> {
     pub memory: u64,
     pub question: Q,
 }
@@ -58,7 +58,7 @@ pub(super) enum Question {
 
 /// What a worker answers, and what it asked of object stores for it.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct Response {
     pub answer: Answer,
     pub requests: Counts,
 }

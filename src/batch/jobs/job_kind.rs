@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is done with each log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum What {
+pub enum JobKind {
     /// As `roadbench run`.
     Run {
         /// Keep the estimated time series.
