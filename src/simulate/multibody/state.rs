@@ -47,7 +47,7 @@ pub struct State {
 
 impl State {
     /// All numbers in a fixed order.
-    pub fn to_array(&self) -> [f64; N] {
+    pub fn to_array(self) -> [f64; N] {
         let mut a = [0.0; N];
         a[0..3].copy_from_slice(self.position.as_slice());
         a[3..6].copy_from_slice(&self.angles);
