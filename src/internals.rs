@@ -284,6 +284,10 @@ pub mod fit {
     pub mod refit {
         pub use crate::fit::refit::{MOST_CORNER, Refit};
     }
+    pub mod transients {
+        pub use crate::fit::transients::parameters::{OF_TYRE, QUANTITIES};
+        pub use crate::fit::transients::{Config, Fitted, Transients, run};
+    }
     pub mod variation {
         pub use crate::fit::variation::variations;
     }

@@ -116,7 +116,7 @@ impl Samples {
 }
 
 /// A value between samples by a cubic through its four neighbours; `at` in samples.
-fn between(x: &[f64], at: f64) -> f64 {
+pub(crate) fn between(x: &[f64], at: f64) -> f64 {
     let last = x.len().saturating_sub(1) as f64;
     let at = at.clamp(0.0, last);
     let i = at.floor();

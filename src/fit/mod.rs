@@ -25,6 +25,7 @@ pub(crate) mod rows;
 pub(crate) mod selection;
 pub(crate) mod slip_stiffness_load;
 pub(crate) mod solution;
+pub(crate) mod transients;
 pub(crate) mod variation;
 pub(crate) mod verdict;
 pub(crate) mod wheel_scale;

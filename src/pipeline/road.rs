@@ -44,7 +44,7 @@ pub(super) fn run(
     }
     let bike = known.as_ref().unwrap_or(bike);
     let ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
-    let Characterised { session: ride, segments, data, solution, warnings: more } = ridden;
+    let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);
 
     let ident = Ident::from(&ride.meta);

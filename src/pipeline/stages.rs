@@ -18,6 +18,8 @@ use crate::estimate::offroad::{self, Estimate};
 use crate::estimate::turn;
 use crate::estimate::zeros::{self, Zeros};
 use crate::fit::solution::Upstream;
+use crate::fit::cornering::K_X;
+use crate::fit::transients::{self, Transients};
 use crate::fit::{Data, Solution, chain};
 use crate::ingest::maps::ChannelMap;
 use crate::segment::Segment;
@@ -122,6 +124,8 @@ pub struct Characterised {
     pub solution: Solution,
     /// What the stages noticed.
     pub warnings: Vec<Warning>,
+    /// Latency of the velocities, s, which the signals have no more.
+    pub latency: f64,
 }
 
 /// From a prepared session to its tyres.
@@ -140,6 +144,14 @@ impl Characterised {
     /// What moves the coefficients besides their own manoeuvres; `bike` and `pipeline` as it was characterised with.
     pub fn upstream(&self, bike: &Bike, pipeline: &Pipeline) -> Vec<Upstream> {
         chain::upstream(&self.solution, &self.data, bike, &pipeline.fit)
+    }
+
+    /// The fit to the changes of lean; `None` where there is none.
+    pub fn transients(&self, config: &transients::Config) -> Option<Transients> {
+        let Solution { inputs, fits, .. } = &self.solution;
+        let crown = fits.overturning.as_ref().map(|f| f.theta[K_X]);
+        let zeros = Zeros { latency: self.latency, ..inputs.zeros };
+        transients::run(&self.session, inputs, &zeros, crown, config)
     }
 }
 
@@ -176,7 +188,7 @@ pub(crate) fn characterise_once(
         session.remove(Channel::YawRate);
     }
     let solution = chain::solve_once(&data, bike, formulation, &pipeline.fit);
-    Characterised { session, segments, data, solution, warnings }
+    Characterised { session, segments, data, solution, warnings, latency: zeros.latency }
 }
 
 /// An off-road session with its tyre forces.

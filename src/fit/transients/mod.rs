@@ -1,0 +1,77 @@
+//! Cornering stiffness, camber stiffness and relaxation length of each tyre from how a motorcycle changes its lean, with
+//! nothing believed of their ratio (`book/src/estimation.md`, section 11).
+//!
+//! In steady corners slip angle and camber lie on one curve, so (39) needs the side force ratio `C` from elsewhere. While
+//! the lean changes, roll inertia, the wheels' gyroscopic moments and the yaw acceleration load the two axles differently
+//! from camber: that separates the two. Steady parts of the same stretches belong to the same fit.
+//!
+//! ```text
+//! x      = -(Fz/Fz0)^0.3 [ D asin(mu/D)/k_alpha (1 + b gamma²) + C gamma (1 + a gamma² + e gamma^4) ]     slip that the force needs
+//! alpha  = x + (sigma/u) x' + alpha_0                                                        slip of the wheel, (1)
+//! v_i    = u_i tan(alpha_i + Delta_i) - w_i                        lateral velocity of the mass centre by axle i
+//! R1 = v_f - v_r        R2 = v_y - v_r        R3 = integral(a_y - psi' v_x) - v_r
+//! ```
+//!
+//! Slip is the response, as it is the noisy side; force and camber are regressors. [`stretches`] finds where the lean
+//! changes, [`columns`] brings the channels through one kernel to 5 Hz, [`motion`] makes slips, cambers, loads and forces of
+//! them on the motorcycle's balance, [`parameters`] says what is known before the ride, [`noise`] how the residuals of
+//! [`model`] are correlated, [`solve`] fits, and [`join`] puts the tyres into the session's solution.
+//!
+//! Needs lean, its rate, yaw rate, forward velocity, the handlebar's angle, and lateral velocity or acceleration.
+
+pub(crate) mod columns;
+pub(crate) mod config;
+pub(crate) mod join;
+pub(crate) mod model;
+pub(crate) mod motion;
+pub(crate) mod noise;
+pub(crate) mod parameters;
+pub(crate) mod solve;
+pub(crate) mod stretches;
+
+pub use self::config::Config;
+use self::columns::Columns;
+use self::model::Model;
+use self::motion::Machine;
+use self::parameters::Parameters;
+pub use self::solve::Fitted;
+use crate::contract::bike::Bike;
+use crate::contract::session::Session;
+use crate::estimate::signals::Inputs;
+use crate::estimate::zeros::Zeros;
+
+/// A ride whose changes of lean were fitted.
+#[derive(Debug)]
+pub struct Transients {
+    /// What was known before.
+    pub parameters: Parameters,
+    /// What came out.
+    pub fitted: Fitted,
+}
+
+/// Fits the changes of lean of a filtered session. `inputs` are those of the session's fits, `zeros` its sensors' zeros with
+/// the latency of the velocities; `crown` is the front tyre's crown radius where the ride gave it, m. `None` where the session
+/// lacks channels or has too few stretches, or the fit does not come to rest.
+pub fn run(
+    session: &Session,
+    inputs: &Inputs,
+    zeros: &Zeros,
+    crown: Option<f64>,
+    config: &Config,
+) -> Option<Transients> {
+    let found = stretches::find(session, zeros, config)?;
+    if found.len() < config.min_stretches {
+        return None;
+    }
+    let columns = Columns::new(session, &found, zeros)?;
+    let machine = Machine::new(inputs, crown);
+    let parameters = Parameters::new(inputs, zeros, &machine, &columns, config);
+    let model = Model::new(&columns, &machine, &parameters);
+    let fitted = solve::fit(&model, &parameters)?;
+    Some(Transients { parameters, fitted })
+}
+
+/// Standing loads of a motorcycle, N.
+fn standing(bike: &Bike) -> [f64; 2] {
+    crate::contract::bike::Axle::BOTH.map(|axle| bike.static_load(axle))
+}

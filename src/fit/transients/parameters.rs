@@ -1,0 +1,148 @@
+//! What is fitted, and what is known of it before the ride.
+
+use super::columns::Columns;
+use super::config::Config;
+use super::motion::{Machine, PRODUCT, Quantities, Quantity, YAW_GYRATION};
+use crate::contract::bike::{Axle, Bike};
+use crate::estimate::signals::Inputs;
+use crate::estimate::zeros::Zeros;
+use crate::fit::variation::Source;
+
+/// Numbers of a tyre, by their place.
+pub(crate) const LN_STIFFNESS: usize = 0;
+/// Camber stiffness over cornering stiffness, both upright.
+pub(crate) const RATIO: usize = 1;
+/// What the camber force gains with the square of camber, 1/rad².
+pub(crate) const SECOND: usize = 2;
+/// What it gains with the fourth power, 1/rad⁴.
+pub(crate) const FOURTH: usize = 3;
+/// What the cornering stiffness loses with the square of camber, 1/rad².
+pub(crate) const LOSS: usize = 4;
+/// Relaxation length, m.
+pub(crate) const RELAXATION: usize = 5;
+/// Slip angle without force, rad.
+pub(crate) const ZERO: usize = 6;
+/// Numbers of each tyre.
+pub const OF_TYRE: usize = 7;
+/// Place of the zero of the lateral velocity, m/s.
+pub(crate) const VELOCITY_ZERO: usize = 2 * OF_TYRE;
+/// Place of the first quantity of motorcycle and sensors.
+pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
+
+/// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
+/// either way) and ratio. Camber forces of published motorcycle tyres grow faster than camber up to 35 degrees.
+const TYRE: [[f64; 2]; OF_TYRE] =
+    [[2.64, 1.5], [0.05, 0.5], [2.5, 2.0], [-3.0, 4.0], [0.0, 0.5], [0.2, 0.13], [0.0, 0.01]];
+/// Standard deviation of the lateral velocity's zero, m/s.
+const DRIFT_ZERO: f64 = 0.05;
+/// Standard deviation of a unit's pitch over what it says, rad; of one that was not measured.
+const UNIT_PITCH: [f64; 2] = [0.008, 0.03];
+/// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
+const LEAST_INERTIA: [f64; 2] = [0.05, 0.1];
+
+/// The parameters of a fit.
+#[derive(Debug, Clone)]
+pub struct Parameters {
+    /// Means before the ride.
+    pub mean: Vec<f64>,
+    /// Their standard deviations.
+    pub sd: Vec<f64>,
+    /// The quantities from [`QUANTITIES`] on.
+    pub quantities: Vec<Quantity>,
+    /// What an error of each is called.
+    pub sources: Vec<Source>,
+}
+
+impl Parameters {
+    pub(crate) fn new(
+        inputs: &Inputs,
+        zeros: &Zeros,
+        machine: &Machine,
+        columns: &Columns,
+        config: &Config,
+    ) -> Self {
+        let mut out = Parameters {
+            mean: Vec::new(),
+            sd: Vec::new(),
+            quantities: Vec::new(),
+            sources: Vec::new(),
+        };
+        let names = ["stiffness", "ratio", "second", "fourth", "loss", "relaxation", "zero"];
+        for axle in Axle::BOTH {
+            for ([mean, sd], name) in TYRE.into_iter().zip(names) {
+                let name = format!("{}.tyre_law_{name}", axle.name());
+                out.push(mean, sd, Source::of_motorcycle(name, None));
+            }
+        }
+        out.push(0.0, DRIFT_ZERO, Source::of_ride("zero_of_velocity_y"));
+        let bike = &inputs.bike;
+        let pitch = UNIT_PITCH[usize::from(!columns.measured.pitch)];
+        for quantity in Quantity::ALL {
+            let (sd, source) = known(*quantity, bike, zeros, &machine.start, pitch, config);
+            if sd > 0.0 {
+                out.quantities.push(*quantity);
+                out.push(machine.start[*quantity], sd, source);
+            }
+        }
+        out
+    }
+
+    fn push(&mut self, mean: f64, sd: f64, source: Source) {
+        self.mean.push(mean);
+        self.sd.push(sd);
+        self.sources.push(source);
+    }
+
+    /// How many.
+    pub(crate) fn len(&self) -> usize {
+        self.mean.len()
+    }
+}
+
+/// Standard deviation of a quantity before the ride and what its error is called; none of what is exact.
+fn known(
+    quantity: Quantity,
+    bike: &Bike,
+    zeros: &Zeros,
+    start: &Quantities,
+    unit_pitch: f64,
+    config: &Config,
+) -> (f64, Source) {
+    let of_key = |key: &str, least: f64| {
+        let sd = bike.deviation(key).max(least * start[quantity].abs());
+        (sd, Source::of_motorcycle(key, Some([start[quantity], sd])))
+    };
+    let shared = |name: &str, sd: f64| (sd, Source::of_motorcycle(name, None));
+    let [spin, yaw] = LEAST_INERTIA;
+    match quantity {
+        Quantity::RollZero => (zeros.roll_se.max(0.003), Source::of_ride("zero_of_roll")),
+        Quantity::UnitPitch => shared("unit_pitch", unit_pitch),
+        Quantity::Mass => of_key("mass", 0.0),
+        Quantity::CgToFront => of_key("cg_to_front", 0.0),
+        Quantity::CgHeight => of_key("cg_height", 0.0),
+        Quantity::CgOverUnit => shared("cg_over_unit", 0.01),
+        Quantity::UnitAhead => shared("unit_ahead", 0.005),
+        Quantity::VelocityAhead => shared("velocity_ahead", 0.005),
+        Quantity::FrontCrown => shared("front_crown", 0.1 * start[quantity]),
+        Quantity::RearCrown => shared("rear_crown", 0.1 * start[quantity]),
+        Quantity::SteerGain => shared("steer_gain", 0.002),
+        Quantity::SteeringCompliance => shared("steering_compliance", config.steering_compliance),
+        Quantity::FrontSpin => of_key("front.wheel_inertia", spin),
+        Quantity::RearSpin => of_key("rear.wheel_inertia", spin),
+        Quantity::YawInertia => match bike.value("yaw_inertia") {
+            Some(_) => of_key("yaw_inertia", yaw),
+            None => shared("yaw_inertia", 2.0 * YAW_GYRATION[1] * start[quantity]),
+        },
+        Quantity::ProductOfInertia => shared("product_of_inertia", PRODUCT[1] * bike.mass),
+        Quantity::FrontTwist => of_key("front.twisting_stiffness", 0.1),
+        Quantity::RearTwist => of_key("rear.twisting_stiffness", 0.1),
+        Quantity::FrontTwistGrowth => shared("front.twisting_growth", 1.0),
+        Quantity::RearTwistGrowth => shared("rear.twisting_growth", 1.0),
+        Quantity::Sag => shared("sag", 0.015),
+        Quantity::Fork => shared("fork_compression", 0.6),
+        Quantity::Swing => shared("swing_arm_compression", 0.5),
+        Quantity::Latency => (0.02, Source::of_ride("latency_of_velocity_y")),
+        Quantity::LateralDelay => shared("lateral_delay", 0.001),
+        Quantity::SteerDelay => shared("steer_delay", 0.001),
+    }
+}

@@ -1,0 +1,218 @@
+//! The fit: Gauss-Newton with priors and Huber's weights, and how well it knows the tyres.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::model::Model;
+use super::noise::{LEAST, factor};
+use super::parameters::*;
+use crate::fit::variation::Source;
+use crate::statistics::interval::t95;
+use crate::statistics::order::spread_about;
+
+/// Huber's threshold, in standard deviations.
+const HUBER: f64 = 2.0;
+/// Most steps.
+const STEPS: usize = 9;
+/// Steps after which the noise is scaled by what it shows.
+const RESCALED: [usize; 2] = [1, 3];
+/// A step below this share of the prior's standard deviation comes to rest.
+const REST: f64 = 2e-3;
+/// Most by which a noise is scaled at once.
+const MOST_SCALED: [f64; 2] = [0.5, 3.0];
+/// Numbers that stretches are taken to have adapted to, in the sandwich.
+const ADAPTED: usize = 4;
+
+/// Numbers of the result: of each tyre [`OUT`].
+pub(crate) const OUTPUTS: usize = 6;
+/// Which of a tyre's numbers are results.
+pub(crate) const OUT: [usize; 3] = [LN_STIFFNESS, RATIO, RELAXATION];
+
+/// A fit that came to rest.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The parameters.
+    pub theta: Vec<f64>,
+    /// Covariance of the results that the ride's own noise makes: of each tyre logarithm of the stiffness, ratio, relaxation.
+    pub noise: DMatrix<f64>,
+    /// What one standard deviation of each thing that was known before changes the results by.
+    pub shifts: Vec<(Source, [f64; OUTPUTS])>,
+    /// Stretches.
+    pub stretches: usize,
+    /// Samples.
+    pub samples: usize,
+    /// Share of the residuals with less than full weight.
+    pub outliers: f64,
+    /// Scales of the noise of axles, velocity and integral.
+    pub scale: [f64; 3],
+}
+
+impl Fitted {
+    /// Variance of a combination of the results, with everything that is unknown.
+    pub fn variance(&self, contrast: &[f64; OUTPUTS]) -> f64 {
+        let c = DVector::from_row_slice(contrast);
+        let own = (c.transpose() * &self.noise * &c)[0];
+        let shift = |s: &[f64; OUTPUTS]| -> f64 { s.iter().zip(contrast).map(|(a, b)| a * b).sum() };
+        own + self.shifts.iter().map(|(_, s)| shift(s).powi(2)).sum::<f64>()
+    }
+}
+
+/// Whitened residuals and derivatives of every stretch.
+struct Whitened {
+    residuals: Vec<DVector<f64>>,
+    slopes: Vec<DMatrix<f64>>,
+}
+
+/// Fits; `None` where it does not come to rest.
+pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> {
+    let p = parameters.len();
+    let mut theta = parameters.mean.clone();
+    let mut scale = [1.0; 3];
+    let mut factors = factors(model, &scale)?;
+    let prior = DVector::from_iterator(p, parameters.sd.iter().map(|sd| 1.0 / (sd * sd)));
+    for step in 0..STEPS {
+        let at = whiten(model, parameters, &theta, &factors);
+        let (information, gradient, _) = normal(&at, &theta, parameters, &prior);
+        let change = information.cholesky()?.solve(&gradient);
+        theta.iter_mut().zip(change.iter()).for_each(|(t, d)| *t += d);
+        if theta.iter().any(|t| !t.is_finite()) {
+            return None;
+        }
+        if RESCALED.contains(&step) {
+            rescale(model, &at, &mut scale);
+            factors = self::factors(model, &scale)?;
+            continue;
+        }
+        let moved =
+            change.iter().zip(&parameters.sd).map(|(d, sd)| (d / sd).abs()).fold(0.0, f64::max);
+        if step > RESCALED[1] && moved < REST {
+            let at = whiten(model, parameters, &theta, &factors);
+            return result(&at, theta, parameters, &prior, model, scale);
+        }
+    }
+    None
+}
+
+fn factors(model: &Model<'_>, scale: &[f64; 3]) -> Option<Vec<DMatrix<f64>>> {
+    let columns = model.columns;
+    columns.stretches().map(|s| factor(columns, &s, &model.residuals, scale)).collect()
+}
+
+fn whiten(
+    model: &Model<'_>,
+    parameters: &Parameters,
+    theta: &[f64],
+    factors: &[DMatrix<f64>],
+) -> Whitened {
+    let (residuals, slopes) = model.linear(theta, &parameters.sd);
+    let all = model.columns.len();
+    let channels = model.residuals.len();
+    let mut out = Whitened { residuals: Vec::new(), slopes: Vec::new() };
+    for (stretch, factor) in model.columns.stretches().zip(factors) {
+        let n = stretch.len();
+        let mut block = DMatrix::zeros(channels * n, slopes.len() + 1);
+        for (j, column) in slopes.iter().chain([&residuals]).enumerate() {
+            for a in 0..channels {
+                let from = &column[a * all + stretch.start..a * all + stretch.end];
+                block.view_mut((a * n, j), (n, 1)).copy_from_slice(from);
+            }
+        }
+        factor.solve_lower_triangular_mut(&mut block);
+        out.residuals.push(block.column(slopes.len()).into_owned());
+        out.slopes.push(block.columns(0, slopes.len()).into_owned());
+    }
+    out
+}
+
+/// Information, gradient and the score of each stretch.
+fn normal(
+    at: &Whitened,
+    theta: &[f64],
+    parameters: &Parameters,
+    prior: &DVector<f64>,
+) -> (DMatrix<f64>, DVector<f64>, Vec<DVector<f64>>) {
+    let mut information = DMatrix::from_diagonal(prior);
+    let mut gradient = DVector::from_iterator(
+        theta.len(),
+        theta.iter().zip(&parameters.mean).zip(prior.iter()).map(|((t, m), w)| -w * (t - m)),
+    );
+    let mut scores = Vec::new();
+    for (residuals, slopes) in at.residuals.iter().zip(&at.slopes) {
+        let mut weighted = slopes.clone();
+        for (i, mut row) in weighted.row_iter_mut().enumerate() {
+            row *= weight(residuals[i]);
+        }
+        information.gemm_tr(1.0, &weighted, slopes, 1.0);
+        let score = -weighted.tr_mul(residuals);
+        gradient += &score;
+        scores.push(score);
+    }
+    (information, gradient, scores)
+}
+
+fn weight(residual: f64) -> f64 {
+    if residual.abs() <= HUBER { 1.0 } else { HUBER / residual.abs() }
+}
+
+/// Scales the noise of each residual by the spread of what is left.
+fn rescale(model: &Model<'_>, at: &Whitened, scale: &mut [f64; 3]) {
+    for (a, residual) in model.residuals.iter().enumerate() {
+        let mut left = Vec::new();
+        for residuals in &at.residuals {
+            let n = residuals.len() / model.residuals.len();
+            left.extend(residuals.iter().skip(a * n).take(n));
+        }
+        let of = *residual as usize;
+        let by = spread_about(&left, 0.0).clamp(MOST_SCALED[0], MOST_SCALED[1]);
+        if by.is_finite() {
+            scale[of] = (scale[of] * by).max(LEAST[of]);
+        }
+    }
+}
+
+fn result(
+    at: &Whitened,
+    theta: Vec<f64>,
+    parameters: &Parameters,
+    prior: &DVector<f64>,
+    model: &Model<'_>,
+    scale: [f64; 3],
+) -> Option<Fitted> {
+    let (information, _, scores) = normal(at, &theta, parameters, prior);
+    let covariance = information.clone().cholesky()?.inverse();
+    let outputs: Vec<usize> =
+        (0..2).flat_map(|k| OUT.iter().map(move |j| k * OF_TYRE + j)).collect();
+    let rows = DMatrix::from_fn(OUTPUTS, theta.len(), |i, j| covariance[(outputs[i], j)]);
+    let data = &information - DMatrix::from_diagonal(prior);
+    let of_model = &rows * data * rows.transpose();
+    let n = scores.len();
+    let mut of_scores = DMatrix::zeros(OUTPUTS, OUTPUTS);
+    for score in &scores {
+        let moved = &rows * score;
+        of_scores += &moved * moved.transpose();
+    }
+    of_scores *= n as f64 / n.saturating_sub(ADAPTED).max(1) as f64;
+    let few = (t95(n as f64 - 1.0) / t95(f64::INFINITY)).powi(2);
+    let widened: Vec<f64> = (0..OUTPUTS)
+        .map(|i| (few * (of_scores[(i, i)] / of_model[(i, i)]).max(1.0)).sqrt())
+        .collect();
+    let noise =
+        DMatrix::from_fn(OUTPUTS, OUTPUTS, |i, j| of_model[(i, j)] * widened[i] * widened[j]);
+    let shifts = (0..theta.len())
+        .map(|j| {
+            let mut shift = [0.0; OUTPUTS];
+            shift.iter_mut().enumerate().for_each(|(i, s)| *s = rows[(i, j)] / parameters.sd[j]);
+            (parameters.sources[j].clone(), shift)
+        })
+        .collect();
+    let all: usize = at.residuals.iter().map(|r| r.len()).sum();
+    let light = at.residuals.iter().flat_map(|r| r.iter()).filter(|r| r.abs() > HUBER).count();
+    Some(Fitted {
+        theta,
+        noise,
+        shifts,
+        stretches: n,
+        samples: model.columns.len(),
+        outliers: light as f64 / all.max(1) as f64,
+        scale,
+    })
+}
