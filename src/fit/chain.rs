@@ -87,7 +87,7 @@ pub(crate) fn solve_once(
     }
 
     let found = fits.parameters().assemble(&inputs);
-    Solution { found, upstream: Vec::new(), fits, samples, inputs }
+    Solution { found, upstream: Vec::new(), fits, samples, inputs, ridden: [None, None] }
 }
 
 /// What moves the coefficients of a solution besides their own manoeuvres; `data` and `bike` as it was solved with.

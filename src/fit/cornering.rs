@@ -20,7 +20,8 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient, Part};
 use crate::estimate::signals::Signals;
-use crate::statistics::clustered_fit::{self, Fitted, Uncertainty};
+use super::transients::join::about;
+use crate::statistics::clustered_fit::{self, Fitted, Quality, Uncertainty};
 use crate::tyre::formulation::Formulation;
 
 /// Differences of slip angle that are never outliers, rad.
@@ -139,6 +140,12 @@ impl Rows {
             self.scales.clear();
         }
         self
+    }
+
+    /// The same rows with another side force ratio.
+    pub(crate) fn assume(&mut self, ratio: f64) {
+        let sums = self.slip_angle.iter().zip(&self.camber).map(|(alpha, gamma)| alpha + ratio * gamma);
+        self.side = sums.collect();
     }
 
     fn slip_columns(&self) -> [&[f64]; 2] {
@@ -264,6 +271,18 @@ pub(crate) fn refit(rows: &Rows, base: &Lateral) -> Parameters {
         again(&[&rows.tangent], &rows.friction, &base.friction),
         again(&rows.compliance_columns(), &rows.side, &base.compliance),
     )
+}
+
+/// (39) about an upright compliance that is known from elsewhere, rad: what it gains with the square of camber. `quality` is that
+/// of the upright one.
+pub(crate) fn growth(rows: &Rows, upright: f64, quality: Quality) -> Fitted {
+    let left: Vec<f64> =
+        rows.side.iter().zip(&rows.compliance[0]).map(|(y, x)| y - upright * x).collect();
+    let second = (clustered_fit::count(&rows.clusters) >= 2).then(|| {
+        let columns = [&rows.compliance[1][..]];
+        clustered_fit::fit_scaled(&columns, &left, &rows.scales, &rows.clusters, ANGLE_FLOOR)
+    });
+    about(upright, second.flatten(), quality)
 }
 
 /// Samples of the overturning fit.

@@ -7,7 +7,7 @@ use super::friction::{self, Friction};
 use super::variation::Source;
 use crate::contract::coefficient::{Coefficient, Id};
 use crate::estimate::signals::Inputs;
-use crate::statistics::clustered_fit::{Fitted, Uncertainty};
+use crate::statistics::clustered_fit::{Fitted, Quality, Uncertainty};
 
 /// Everything that was fitted; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
@@ -79,11 +79,28 @@ pub struct Solution {
     pub samples: FittedSamples,
     /// What the algebra was given, as it was used.
     pub inputs: Inputs,
+    /// Tyres whose side force the changes of lean gave.
+    pub ridden: [Option<Ridden>; 2],
+}
+
+/// A tyre whose stiffness and side force ratio come from changes of lean.
+#[derive(Debug, Clone)]
+pub struct Ridden {
+    /// Of that fit; its clusters are stretches.
+    pub quality: Quality,
+    /// Whether it gave the relaxation length too.
+    pub relaxation: bool,
 }
 
 impl Solution {
     /// How well the fit of a coefficient knows it; without samples where it was not fitted.
     pub fn uncertainty(&self, id: Id) -> Uncertainty {
+        if self.is_of_changing_lean(id)
+            && let Some(ridden) = id.part.axle().and_then(|axle| self.ridden[axle as usize].as_ref())
+        {
+            let (dof, quality) = (f64::INFINITY, ridden.quality.clone());
+            return Uncertainty { variance: 0.0, dof, dispersion: None, quality };
+        }
         let own = self.fits.coasting.uncertainty(id);
         let own = own.or_else(|| self.overturning(id)).or_else(|| {
             let k = id.part.axle()? as usize;

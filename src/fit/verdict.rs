@@ -43,8 +43,10 @@ pub(crate) struct Case<'a> {
 impl Case<'_> {
     /// Status and reason; `missing` is the reason where a needed channel is not there.
     pub(crate) fn verdict(&self, missing: Option<Reason>) -> (Status, Option<Reason>) {
-        let objection = self
-            .assumed()
+        let ridden = self.solution.is_of_changing_lean(self.id);
+        let assumed = if ridden { None } else { self.assumed() };
+        let missing = missing.filter(|_| !ridden);
+        let objection = assumed
             .or_else(|| self.not_available(missing))
             .or_else(|| self.impossible())
             .or_else(|| self.few_manoeuvres())

@@ -17,7 +17,7 @@ use crate::estimate;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
     Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
-    wheel_scale,
+    transients, wheel_scale,
 };
 use crate::report::plots;
 use crate::segment::laps;
@@ -43,9 +43,16 @@ pub(super) fn run(
         known = Some(extended);
     }
     let bike = known.as_ref().unwrap_or(bike);
-    let ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
+    let mut ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
+    if pipeline.transients.enabled
+        && pipeline.estimate.formulation == Formulation::Corrected
+        && let Some(found) = ridden.transients(&pipeline.transients)
+    {
+        transients::join::join(&mut ridden.solution, &found);
+    }
     let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);
+    let bike = &solution.inputs.bike.clone(); // with the side force ratio that was ridden
 
     let ident = Ident::from(&ride.meta);
     let provenance = provenance(input);

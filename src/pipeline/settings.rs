@@ -36,6 +36,9 @@ pub struct Pipeline {
     /// The joint fit to rides in gear.
     #[serde(default)]
     pub in_gear: fit::in_gear::Config,
+    /// The fit to changing lean.
+    #[serde(default)]
+    pub transients: fit::transients::Config,
     /// Laps of a track.
     #[serde(default)]
     pub laps: laps::Config,
@@ -110,6 +113,7 @@ impl Pipeline {
         pipeline.estimate.check().map_err(|e| file.wrong(e))?;
         pipeline.fit.check().map_err(|e| file.wrong(e))?;
         pipeline.in_gear.check().map_err(|e| file.wrong(e))?;
+        pipeline.transients.check().map_err(|e| file.wrong(e))?;
         pipeline.laps.check().map_err(|e| file.wrong(e))?;
         if let Some(offroad) = &pipeline.offroad {
             offroad.check().map_err(|e| file.wrong(e))?;

@@ -129,6 +129,15 @@ impl ClusterCovariance {
         (variance.sqrt(), dof)
     }
 
+    /// Of two coefficients of which the first is exact, and the second has the only one of `second` where that is known.
+    pub(crate) fn with_exact(second: Option<&Self>, n_clusters: usize) -> Self {
+        let (variance, dof) = second.map_or((0.0, 0.0), |c| (c.covariance[(0, 0)], c.dof[0]));
+        let mut covariance = DMatrix::zeros(2, 2);
+        covariance[(1, 1)] = variance;
+        let of_first = n_clusters.saturating_sub(1) as f64;
+        ClusterCovariance { covariance, dof: vec![of_first, dof], n_clusters, shape: None }
+    }
+
     /// Standard error of each coefficient.
     pub fn std_errors(&self) -> Vec<f64> {
         self.covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()

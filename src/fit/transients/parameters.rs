@@ -32,7 +32,7 @@ pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
 /// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
 /// either way) and ratio. Camber forces of published motorcycle tyres grow faster than camber up to 35 degrees.
 const TYRE: [[f64; 2]; OF_TYRE] =
-    [[2.64, 1.5], [0.05, 0.5], [2.5, 2.0], [-3.0, 4.0], [0.0, 0.5], [0.2, 0.13], [0.0, 0.01]];
+    [[2.64, 1.5], [0.05, 0.5], [2.5, 1.7], [-3.0, 3.2], [0.0, 0.4], [0.2, 0.13], [0.0, 0.01]];
 /// Standard deviation of the lateral velocity's zero, m/s.
 const DRIFT_ZERO: f64 = 0.05;
 /// Standard deviation of a unit's pitch over what it says, rad; of one that was not measured.
@@ -139,8 +139,8 @@ fn known(
         Quantity::FrontTwistGrowth => shared("front.twisting_growth", 1.0),
         Quantity::RearTwistGrowth => shared("rear.twisting_growth", 1.0),
         Quantity::Sag => shared("sag", 0.015),
-        Quantity::Fork => shared("fork_compression", 0.6),
-        Quantity::Swing => shared("swing_arm_compression", 0.5),
+        Quantity::Fork => shared("fork_compression", 0.5),
+        Quantity::Swing => shared("swing_arm_compression", 0.4),
         Quantity::Latency => (0.02, Source::of_ride("latency_of_velocity_y")),
         Quantity::LateralDelay => shared("lateral_delay", 0.001),
         Quantity::SteerDelay => shared("steer_delay", 0.001),

@@ -12,10 +12,10 @@ use crate::statistics::order::spread_about;
 /// Huber's threshold, in standard deviations.
 const HUBER: f64 = 2.0;
 /// Most steps.
-const STEPS: usize = 9;
+const STEPS: usize = 12;
 /// Steps after which the noise is scaled by what it shows.
 const RESCALED: [usize; 2] = [1, 3];
-/// A step below this share of the prior's standard deviation comes to rest.
+/// A step of which the square, in standard deviations of the result, is below this comes to rest.
 const REST: f64 = 2e-3;
 /// Most by which a noise is scaled at once.
 const MOST_SCALED: [f64; 2] = [0.5, 3.0];
@@ -82,9 +82,7 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> 
             factors = self::factors(model, &scale)?;
             continue;
         }
-        let moved =
-            change.iter().zip(&parameters.sd).map(|(d, sd)| (d / sd).abs()).fold(0.0, f64::max);
-        if step > RESCALED[1] && moved < REST {
+        if step > RESCALED[1] && gradient.dot(&change) < REST {
             let at = whiten(model, parameters, &theta, &factors);
             return result(&at, theta, parameters, &prior, model, scale);
         }
@@ -193,7 +191,7 @@ fn result(
     of_scores *= n as f64 / n.saturating_sub(ADAPTED).max(1) as f64;
     let few = (t95(n as f64 - 1.0) / t95(f64::INFINITY)).powi(2);
     let widened: Vec<f64> = (0..OUTPUTS)
-        .map(|i| (few * (of_scores[(i, i)] / of_model[(i, i)]).max(1.0)).sqrt())
+        .map(|i| (few * of_scores[(i, i)] / of_model[(i, i)]).max(1.0).sqrt())
         .collect();
     let noise =
         DMatrix::from_fn(OUTPUTS, OUTPUTS, |i, j| of_model[(i, j)] * widened[i] * widened[j]);
