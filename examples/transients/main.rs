@@ -3,16 +3,22 @@
 //!
 //! ```text
 //! cargo run --release --example transients -- ../shared/data/independent_plant_transients ../shared/data/independent_plant
+//! cargo run --release --example transients -- --population 40
 //! ```
 
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::{Coefficient, Id};
 use roadbench::internals::contract::session::Session;
 use roadbench::internals::fit::transients::{self, OF_TYRE, QUANTITIES, Transients};
+use roadbench::internals::ingest::write_session;
 use roadbench::internals::pipeline::{self, Pipeline};
+use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::population::bike::BikeFile;
+use roadbench::internals::simulate::population::ride;
 use roadbench::internals::tyre::formulation::Formulation;
 use serde_json::Value;
 
@@ -20,6 +26,12 @@ use serde_json::Value;
 struct Arguments {
     /// Folders of rides.
     rides: Vec<PathBuf>,
+    /// Rides of the population of machines, each on one of its own.
+    #[arg(long, default_value_t = 0)]
+    population: usize,
+    /// Seed of the population.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
     /// Every parameter of every ride.
     #[arg(long)]
     parameters: bool,
@@ -35,10 +47,36 @@ struct Ride {
     name: String,
     session: Session,
     bike: Bike,
-    truth: Value,
+    /// Stiffness, ratio, camber stiffness and relaxation length of both tyres.
+    truth: [[f64; 4]; 2],
 }
 
 impl Ride {
+    /// A ride of the population.
+    fn of_population(seed: u64, number: usize, folder: &Path) -> Result<Self, Failure> {
+        let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+        let ridden = ride::ride(&case, BikeFile::Full)?;
+        let log = folder.join(format!("{number}.parquet"));
+        write_session(&log, &ridden.ride.session, false)?;
+        let bike = ridden.tour.bike.clone();
+        let pipeline = Pipeline::onroad();
+        let (session, _) =
+            pipeline::prepare(log.clone(), &[], &bike, &pipeline).map_err(|e| e.message)?;
+        std::fs::remove_file(log)?;
+        let known = ridden.truth(&pipeline.estimate);
+        let of = |axle: Axle, c: Coefficient| {
+            let id = Id::from((axle, c));
+            known.iter().find(|(known, _)| *known == id).map_or(f64::NAN, |(_, value)| *value)
+        };
+        let truth = Axle::BOTH.map(|axle| {
+            let [k, g] = [Coefficient::CorneringStiffness0, Coefficient::CamberStiffness0]
+                .map(|c| of(axle, c));
+            [k, g / k, g, of(axle, Coefficient::RelaxationLength)]
+        });
+        let name = format!("{number} {}: {}", case.plan, ridden.machine);
+        Ok(Ride { name, session, bike, truth })
+    }
+
     fn read(folder: &Path) -> Result<Self, Failure> {
         let only = |part: &str| -> Result<PathBuf, Failure> {
             let mut files = std::fs::read_dir(folder.join(part))?;
@@ -47,17 +85,16 @@ impl Ride {
         let bike = Bike::read(&only("bikes")?)?;
         let (session, _) = pipeline::prepare(only("sessions")?, &[], &bike, &Pipeline::onroad())
             .map_err(|e| e.message)?;
-        let truth = serde_json::from_slice(&std::fs::read(folder.join("truth.json"))?)?;
+        let truth: Value = serde_json::from_slice(&std::fs::read(folder.join("truth.json"))?)?;
+        let truth = ["front", "rear"].map(|tyre| {
+            let all = &truth["coefficients"][tyre];
+            let of = |name: &str| all[name].as_f64().unwrap_or(f64::NAN);
+            let lag = all["relaxation_length"]["15"].as_f64().unwrap_or(f64::NAN);
+            let [k, g] = ["cornering_stiffness_0", "camber_stiffness_0"].map(of);
+            [k, g / k, g, lag]
+        });
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Ride { name, session, bike, truth })
-    }
-
-    /// Stiffness, ratio, camber stiffness and relaxation length of a tyre.
-    fn of_tyre(&self, tyre: &str) -> [f64; 4] {
-        let all = &self.truth["coefficients"][tyre];
-        let of = |name: &str| all[name].as_f64().unwrap_or(f64::NAN);
-        let relaxation = all["relaxation_length"]["15"].as_f64().unwrap_or(f64::NAN);
-        [of("cornering_stiffness_0"), of("side_force_ratio"), of("camber_stiffness_0"), relaxation]
     }
 }
 
@@ -68,7 +105,7 @@ type Found = [f64; 2];
 fn compared(ride: &Ride, found: &Transients) -> [[Found; 4]; 2] {
     let fitted = &found.fitted;
     [0, 1].map(|k| {
-        let truth = ride.of_tyre(["front", "rear"][k]);
+        let truth = ride.truth[k];
         let at = |j: usize| fitted.theta[k * OF_TYRE + j];
         let (stiffness, ratio, relaxation) = (at(0).exp(), at(1), at(5));
         let sd = |of: [f64; 3]| {
@@ -94,19 +131,31 @@ fn main() -> Result<(), Failure> {
         folders.retain(|f| f.is_dir());
         folders.sort();
         let rides: Vec<Ride> = folders.iter().map(|f| Ride::read(f)).collect::<Result<_, _>>()?;
-        let fits: Vec<Option<Transients>> = rides
-            .par_iter()
-            .map(|ride| {
-                let pipeline = Pipeline::onroad();
-                let session = ride.session.clone();
-                let ridden =
-                    pipeline::characterise(session, &ride.bike, &pipeline, Formulation::Corrected);
-                ridden.transients(&settings)
-            })
-            .collect();
+        let fits = fitted(&rides, &settings);
         print(&rides, &fits, arguments.parameters);
     }
+    let work = tempfile::tempdir()?;
+    let of = |number| match Ride::of_population(arguments.seed, number, work.path()) {
+        Ok(ride) => Some(ride),
+        Err(why) => {
+            eprintln!("{number}: {why}");
+            None
+        }
+    };
+    let rides: Vec<Ride> = (0..arguments.population).into_par_iter().filter_map(of).collect();
+    if !rides.is_empty() {
+        print(&rides, &fitted(&rides, &settings), arguments.parameters);
+    }
     Ok(())
+}
+
+fn fitted(rides: &[Ride], settings: &transients::Config) -> Vec<Option<Transients>> {
+    let fit = |ride: &Ride| {
+        let (session, pipeline) = (ride.session.clone(), Pipeline::onroad());
+        let ridden = pipeline::characterise(session, &ride.bike, &pipeline, Formulation::Corrected);
+        ridden.transients(settings)
+    };
+    rides.par_iter().map(fit).collect()
 }
 
 fn print(rides: &[Ride], fits: &[Option<Transients>], parameters: bool) {
@@ -135,6 +184,18 @@ fn print(rides: &[Ride], fits: &[Option<Transients>], parameters: bool) {
             f.outliers
         );
         if parameters {
+            for (i, name) in ["front stiffness", "front ratio", "", "rear stiffness", "rear ratio"].into_iter().enumerate() {
+                if name.is_empty() {
+                    continue;
+                }
+                let mut parts: Vec<(f64, &str)> =
+                    f.shifts.iter().map(|(source, shift)| (shift[i].abs(), source.name.as_str())).collect();
+                parts.push((f.noise[(i, i)].sqrt(), "noise"));
+                parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+                let words: Vec<String> =
+                    parts.iter().take(9).map(|(part, name)| format!("{name} {part:.3}")).collect();
+                println!("    {name}: {}", words.join(", "));
+            }
             let p = &fit.parameters;
             for j in 0..p.mean.len() {
                 let name = match j.checked_sub(QUANTITIES) {

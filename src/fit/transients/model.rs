@@ -1,5 +1,7 @@
 //! What each axle makes of the lateral velocity, and what is left of the measurements.
 
+use crate::GRAVITY;
+
 use super::columns::{Columns, RATE};
 use super::motion::{Machine, Motion};
 use super::parameters::*;
@@ -18,6 +20,8 @@ pub(crate) enum Residual {
     Velocity,
     /// Integral of the lateral acceleration against the rear axle.
     Integral,
+    /// Lateral acceleration against the forces of the tyres.
+    Force,
 }
 
 /// The motion of a ride, and how it depends on what is known of motorcycle and sensors.
@@ -51,7 +55,7 @@ impl<'a> Model<'a> {
             residuals.push(Residual::Velocity);
         }
         if columns.measured.acceleration {
-            residuals.push(Residual::Integral);
+            residuals.extend([Residual::Integral, Residual::Force]);
         }
         Model { columns, residuals, machine, mean: &parameters.mean, motion, changes }
     }
@@ -102,12 +106,17 @@ impl<'a> Model<'a> {
         let mut out = Vec::with_capacity(self.residuals.len() * front.len());
         for residual in &self.residuals {
             for i in 0..front.len() {
+                let mut scale = motion.along[1][i];
                 let left = match residual {
                     Residual::Axles => front[i] - rear[i],
                     Residual::Velocity => motion.drift[i] - theta[VELOCITY_ZERO] - rear[i],
                     Residual::Integral => motion.integral[i] - rear[i],
+                    Residual::Force => {
+                        scale = GRAVITY;
+                        motion.pushed[i]
+                    }
                 };
-                out.push(left / motion.along[1][i]);
+                out.push(left / scale);
             }
         }
         out

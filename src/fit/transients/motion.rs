@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! yaw    L_z' = x_f Fy_f cos D + x_r Fy_r - y_f Fx_f - y_r Fx_r + Mz      L_z = frame + I_r w_r sin phi + I_f w_f sin gamma_f
-//! side   m a_y = Fy_f cos D + Fx_f sin D + Fy_r                           a_y of the mass centre
+//! roll   L_x' - psi' L_y = sum(y_i Fz_i - z_i Fy_i)                      gusts move a_y, but not this
+//! side   m a_y = Fy_f cos D + Fx_f sin D + Fy_r + gusts                   a_y of the mass centre: a residual
 //! load   Fz_f + Fz_r = m (g + z''),  z = height of the mass centre over crowns and springs;  pitch with L_y' + psi' L_x
 //! slip   w_i, u_i: the contact's velocity by the full omega x r to the place below the crown's centre, and by the fork's turn
 //! ```
@@ -46,6 +47,10 @@ quantities! {
     CgToFront,
     /// Height of the mass centre, m; sensors go with it.
     CgHeight,
+    /// Distance between the contacts, m.
+    Wheelbase,
+    /// Caster angle, rad.
+    CasterAngle,
     /// Height of the mass centre over the unit that should be there, m.
     CgOverUnit,
     /// How far the unit is ahead of its stated place, m.
@@ -64,6 +69,8 @@ quantities! {
     FrontSpin,
     /// Spin inertia of the rear wheel, kg m².
     RearSpin,
+    /// Roll inertia, kg m².
+    RollInertia,
     /// Yaw inertia, kg m².
     YawInertia,
     /// Product of inertia, kg m²: the sum of mass, place ahead and place above the mass centre.
@@ -113,8 +120,8 @@ impl std::ops::IndexMut<Quantity> for Quantities {
 pub(crate) const YAW_GYRATION: [f64; 2] = [0.27, 0.13];
 /// Product of inertia over mass, m²: riders sit high behind, engine and front wheel are low in front.
 pub(crate) const PRODUCT: [f64; 2] = [-0.005, 0.0035];
-/// Roll inertia over mass, m²; in the loads alone.
-const ROLL_GYRATION: f64 = 0.077;
+/// Roll inertia over mass, m², and its share of uncertainty: 0.08 to 0.11 of simulated and published motorcycles with rider.
+pub(crate) const ROLL_GYRATION: [f64; 2] = [0.095, 0.2];
 /// Crown radius over tyre width, front and rear, where the ride gave none.
 const CROWN: [f64; 2] = [0.42, 0.45];
 /// How far springs give at rest, m.
@@ -153,10 +160,13 @@ impl Machine {
             (Quantity::Mass, bike.mass),
             (Quantity::CgToFront, bike.cg_to_front),
             (Quantity::CgHeight, bike.cg_height),
+            (Quantity::Wheelbase, bike.wheelbase),
+            (Quantity::CasterAngle, bike.caster_angle),
             (Quantity::FrontCrown, crowns[0]),
             (Quantity::RearCrown, crowns[1]),
             (Quantity::FrontSpin, bike.wheel_inertia(Axle::Front)),
             (Quantity::RearSpin, bike.wheel_inertia(Axle::Rear)),
+            (Quantity::RollInertia, ROLL_GYRATION[0] * bike.mass),
             (Quantity::YawInertia, yaw.unwrap_or(usual)),
             (Quantity::ProductOfInertia, PRODUCT[0] * bike.mass),
             (Quantity::FrontTwist, bike.front.twisting_stiffness),
@@ -207,11 +217,15 @@ pub(crate) struct Motion {
     pub integral: Vec<f64>,
     /// Measured lateral velocity of the mass centre, m/s.
     pub drift: Vec<f64>,
+    /// Measured lateral acceleration of the mass centre over that of the tyres' forces, m/s².
+    pub pushed: Vec<f64>,
 }
 
 impl Motion {
-    fn all(&self) -> [&Vec<f64>; 15] {
-        let Motion { force, per_moment, load, camber, steer, aside, along, integral, drift } = self;
+    fn all(&self) -> [&Vec<f64>; 16] {
+        let Motion {
+            force, per_moment, load, camber, steer, aside, along, integral, drift, pushed
+        } = self;
         [
             &force[0],
             &force[1],
@@ -228,18 +242,21 @@ impl Motion {
             &along[1],
             integral,
             drift,
+            pushed,
         ]
     }
 
-    fn all_mut(&mut self) -> [&mut Vec<f64>; 15] {
-        let Motion { force, per_moment, load, camber, steer, aside, along, integral, drift } = self;
+    fn all_mut(&mut self) -> [&mut Vec<f64>; 16] {
+        let Motion {
+            force, per_moment, load, camber, steer, aside, along, integral, drift, pushed
+        } = self;
         let [f0, f1] = force;
         let [m0, m1] = per_moment;
         let [l0, l1] = load;
         let [c0, c1] = camber;
         let [w0, w1] = aside;
         let [u0, u1] = along;
-        [f0, f1, m0, m1, l0, l1, c0, c1, steer, w0, w1, u0, u1, integral, drift]
+        [f0, f1, m0, m1, l0, l1, c0, c1, steer, w0, w1, u0, u1, integral, drift, pushed]
     }
 
     /// Adds `scale` times the other's.
@@ -275,7 +292,7 @@ impl Machine {
     }
 
     /// One sample, in the order of [`Motion::all`].
-    fn sample(&self, c: &Columns, i: usize, q: &Quantities) -> [f64; 15] {
+    fn sample(&self, c: &Columns, i: usize, q: &Quantities) -> [f64; 16] {
         use Quantity as Q;
         let bike = &self.bike;
         let phi = c.roll[0][i] - q[Q::RollZero];
@@ -306,7 +323,7 @@ impl Machine {
         let twist = q[Q::SteeringCompliance] * q[Q::FrontSpin] * spin[0] * rolling;
         let delta = angle * (1.0 + q[Q::SteerGain]) + q[Q::SteerDelay] * rate - twist;
         let turning = rate * (1.0 + q[Q::SteerGain]);
-        let caster = bike.caster_angle - (c.pitch[0][i] - c.level) / phi.cos();
+        let caster = q[Q::CasterAngle] - (c.pitch[0][i] - c.level) / phi.cos();
         let (sin_eps, cos_eps) = caster.sin_cos();
         let (sin_delta, cos_delta) = delta.sin_cos();
         let axis = [-sin_eps, 0.0, cos_eps];
@@ -324,7 +341,7 @@ impl Machine {
             centre[2] * cos_delta + axis[2] * along * (1.0 - cos_delta),
         ];
         let front = [turned[0], turned[1] - crown[0] * s, turned[2] - crown[0] * co];
-        let rear = [-bike.wheelbase, -crown[1] * s, crown[1] * (1.0 - co)];
+        let rear = [-q[Q::Wheelbase], -crown[1] * s, crown[1] * (1.0 - co)];
         let back = -q[Q::Fork] * bike.caster_angle.tan() * compression;
         let from_centre = |v: V, shift: f64| {
             upright([v[0] + q[Q::CgToFront] + shift, v[1], v[2] - height])
@@ -372,7 +389,18 @@ impl Machine {
             - product * (rolling_rate * co + rolling * co_rate)
             + inertia[1] * (spin[1] * s_rate + spin_rate[1] * s)
             + inertia[0] * (spin[0] * camber_cos * camber_rate + spin_rate[0] * points[2]);
-        let roll_momentum = ROLL_GYRATION * mass * rolling - product * upward;
+        let roll_momentum =
+            q[Q::RollInertia] * omega[0] - product * upward + inertia[0] * spin[0] * points[0];
+        let roll_momentum_rate = q[Q::RollInertia] * rolling_rate
+            - product * upward_rate
+            - inertia[0] * spin[0] * cos_eps * cos_delta * turning;
+        let pitch_momentum = about_y * across * co
+            - (q[Q::YawInertia] * upward - product * omega[0]) * s
+            + inertia[1] * spin[1] * co
+            + inertia[0] * spin[0] * points[1];
+        let trace_rate = c.yaw[0][i]
+            - (1.0 + tan_phi * tan_phi) * rolling * sin_theta
+            - tan_phi * cos_theta * c.pitch[1][i];
         let pitch_moment = inertia[0] * (spin_rate[0] * camber_cos - spin[0] * points[2] * camber_rate)
             + inertia[1] * (spin_rate[1] * co + spin[1] * co_rate)
             + c.yaw[0][i] * roll_momentum;
@@ -384,7 +412,7 @@ impl Machine {
         let weight = mass * (GRAVITY + rising);
         let total = mass * c.acceleration[i] + self.drag * speed * speed;
         let lead = load_lead(self.rolling, 0.5 * (self.radius[0] + self.radius[1]));
-        let arm = [q[Q::CgToFront] + lead, q[Q::CgToFront] - bike.wheelbase + lead];
+        let arm = [q[Q::CgToFront] + lead, q[Q::CgToFront] - q[Q::Wheelbase] + lead];
         let front_load = (-above_ground * total - pitch_moment - arm[1] * weight) / (arm[0] - arm[1]);
         let load = [front_load, weight - front_load];
 
@@ -405,18 +433,25 @@ impl Machine {
             })
             .sum();
         let (sin_d, cos_d) = steer.sin_cos();
-        let side = mass * lateral - resisting * sin_d;
+        // gusts push the mass centre, but turn the motorcycle about it hardly at all: what the tyres do shows in the roll
+        let arms = place.map(|r| -r[2]);
+        let rolling_moment = roll_momentum_rate - trace_rate * pitch_momentum
+            - place[0][1] * load[0]
+            - place[1][1] * load[1]
+            - arms[0] * resisting * sin_d;
         let driving = total - resisting * cos_d;
         let moment = yaw_moment - twist - place[0][0] * resisting * sin_d
             + place[0][1] * resisting * cos_d
             + place[1][1] * driving;
         let a = place[0][0] * cos_d + (place[0][1] - place[1][1]) * sin_d;
-        let determinant = cos_d * place[1][0] - a;
+        let leaning = arms[0] * cos_d;
+        let determinant = leaning * place[1][0] - arms[1] * a;
         let force = [
-            (side * place[1][0] - moment) / determinant,
-            (cos_d * moment - a * side) / determinant,
+            (rolling_moment * place[1][0] - arms[1] * moment) / determinant,
+            (leaning * moment - a * rolling_moment) / determinant,
         ];
-        let per_moment = [1.0 / determinant, -cos_d / determinant];
+        let per_moment = [arms[1] / determinant, -leaning / determinant];
+        let total_side = force[0] * cos_d + force[1] + resisting * sin_d;
         let integral = c.integral[i]
             + q[Q::UnitPitch] * c.integral_per_pitch[i]
             + q[Q::UnitAhead] * omega[2]
@@ -440,6 +475,7 @@ impl Machine {
             u1,
             integral,
             drift,
+            lateral - total_side / mass,
         ]
     }
 }

@@ -1,22 +1,23 @@
-//! How the residuals of a stretch are correlated.
+//! How the residuals of a stretch are correlated, and how large their noise is.
 //!
-//! Every residual has white noise through the channels' kernel, or a correlated one, and what the model itself is wrong by,
-//! which the rear axle puts into all three. Standard deviations, rad or m/s:
+//! | part | of | standard deviation |
+//! |---|---|---|
+//! | axles | axles' residual | 0.25 mrad white |
+//! | velocity | velocity's | 0.05 m/s over 1 s |
+//! | integral | integral's | walk of 3 mm/s per root of a second, 2.5 mm/s white, pitch of 1.5 mrad over 6 s times `tan(phi)` |
+//! | force | force's | 4 mg over 1.5 s and 0.5 mg white, free start |
+//! | model | all others, each axle its own | 0.15 mrad over 0.7 s and 0.3 mrad over 10 s |
 //!
-//! | residual | noise |
-//! |---|---|
-//! | axles | 0.25 mrad white |
-//! | velocity | 0.05 m/s over 1 s |
-//! | integral | walk of 3 mm/s per root of a second, 2.5 mm/s white, free start and drift, pitch of 1.5 mrad over 6 s times `tan(phi)` |
-//! | all | 0.15 mrad over 0.7 s and 0.3 mrad over 10 s of the model, each axle its own |
-//!
-//! Whitened by the Cholesky factor, stretch by stretch. The first three are scaled by what the residuals show.
+//! White is white before the channels' kernel. The integral's start and drift are free besides. The parts are scaled by what the
+//! residuals show ([`Scales`]): gusts, a rider who moves and a frame that twists make the model's part several times larger than
+//! still air does. Where it is taken too small, whitening favours what is fast, where such disturbances exceed the ride's own
+//! forces, and stiffnesses come out too large.
 
 use std::ops::Range;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
-use super::columns::{Columns, KERNEL};
+use super::columns::{Columns, KERNEL, RATE};
 use super::model::Residual;
 
 /// White noise of the axles' residual, rad.
@@ -31,62 +32,198 @@ const FREE: [f64; 2] = [1.0, 0.05];
 const PITCH: [f64; 3] = [1.5e-3, 6e-3, 6.0];
 /// Errors of the model, rad, and their correlation times, s.
 const MODEL: [[f64; 2]; 2] = [[0.15e-3, 0.7], [0.3e-3, 10.0]];
+/// How far a contact lies from where it is taken to be, m, and for how long, s: springs, fork and carcass give way.
+const PLACE: [f64; 2] = [3e-3, 10.0];
+/// Gusts over the weight, and their correlation time, s; white noise of an acceleration, over that of gravity, and its free
+/// zero.
+const GUST: [f64; 2] = [4e-3, 1.5];
+const PUSH: f64 = 0.5e-3;
+const PUSH_ZERO: f64 = 5e-3;
+/// What a rider who moves makes of the side force, over the weight.
+const SWAY: f64 = 1e-3;
+/// Usual cornering stiffness over load, 1/rad, by which such a force is a slip angle.
+const STIFFNESS: f64 = 15.0;
 /// Keeps the factor regular, rad².
 const REGULAR: f64 = 1e-10;
 
-/// Least scale of each noise: an acceleration is in response and force alike, so its residual never counts as less noisy.
-pub(crate) const LEAST: [f64; 3] = [0.5, 0.5, 1.6];
+/// Number of parts.
+pub(crate) const PARTS: usize = 5;
+/// Place of the model's part.
+const OF_MODEL: usize = 4;
+/// Smallest and largest scale of each part. An acceleration is in response and force alike: its residual never counts as
+/// less noisy.
+const BOUNDS: [[f64; 2]; PARTS] = [[0.4, 20.0], [0.2, 20.0], [1.2, 20.0], [0.5, 20.0], [1.0, 20.0]];
 
-/// Cholesky factor of the covariance of a stretch's residuals, in the order of the model's; `None` where it has none.
-pub(crate) fn factor(
-    columns: &Columns,
-    stretch: &Range<usize>,
-    residuals: &[Residual],
-    scale: &[f64; 3],
-) -> Option<DMatrix<f64>> {
-    let n = stretch.len();
-    let time = &columns.time[stretch.clone()];
-    let speed = &columns.speed[stretch.clone()];
-    let lean: Vec<f64> = columns.roll[0][stretch.clone()].iter().map(|phi| phi.tan()).collect();
-    let pitch = PITCH[usize::from(!columns.measured.pitch)];
-    let own = |residual: Residual, i: usize, j: usize, apart: f64, white: f64| {
-        let per_speed = 1.0 / (speed[i] * speed[j]);
-        match residual {
-            Residual::Axles => (scale[0] * AXLES).powi(2) * white,
-            Residual::Velocity => {
-                let [sd, over] = VELOCITY;
-                (scale[1] * sd).powi(2) * (-apart / over).exp() * per_speed
-            }
-            Residual::Integral => {
-                let walk = INTEGRAL[0].powi(2) * time[i].min(time[j]);
-                let white = (scale[2] * INTEGRAL[1]).powi(2) * white;
-                let free = FREE[0].powi(2) + FREE[1].powi(2) * time[i] * time[j];
-                let tilt = pitch * pitch * lean[i] * lean[j] * (-apart / PITCH[2]).exp();
-                (walk + white + free) * per_speed + tilt
+/// Scale of each part's standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales(pub [f64; PARTS]);
+
+impl Default for Scales {
+    fn default() -> Self {
+        Scales([1.0, 1.0, 1.6, 1.0, 2.0])
+    }
+}
+
+impl Scales {
+    /// Scaled by what the residuals have over what they should: `found` are sums of squares and their expectations.
+    pub(crate) fn updated(self, found: &[[f64; 2]; PARTS]) -> Self {
+        let mut out = self;
+        for (k, [square, expected]) in found.iter().enumerate() {
+            if *expected > 0.0 && square.is_finite() {
+                let [low, high] = BOUNDS[k];
+                out.0[k] = (out.0[k] * (square / expected).sqrt()).clamp(low, high);
             }
         }
-    };
-    let mut out = DMatrix::zeros(residuals.len() * n, residuals.len() * n);
-    for i in 0..n {
-        for j in 0..=i {
-            let apart = (time[i] - time[j]).abs();
-            let white = (-apart * apart / (4.0 * KERNEL * KERNEL)).exp();
-            let axle: f64 =
-                MODEL.iter().map(|[sd, over]| sd * sd * (-apart / over).exp()).sum();
-            for (a, first) in residuals.iter().enumerate() {
-                for b in 0..=a {
-                    let mut value = axle;
-                    if a == b {
-                        value += own(*first, i, j, apart, white);
-                        value += if *first == Residual::Axles { axle } else { 0.0 };
-                        value += if i == j { REGULAR } else { 0.0 };
+        out
+    }
+}
+
+/// A part's correlations by how many samples lie between.
+struct Lags {
+    white: Vec<f64>,
+    velocity: Vec<f64>,
+    pitch: Vec<f64>,
+    model: Vec<f64>,
+    place: Vec<f64>,
+    gust: Vec<f64>,
+}
+
+impl Lags {
+    fn new(n: usize) -> Self {
+        let of = |f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(k as f64 / RATE)).collect();
+        Lags {
+            white: of(&|t| (-t * t / (4.0 * KERNEL * KERNEL)).exp()),
+            velocity: of(&|t| (-t / VELOCITY[1]).exp()),
+            pitch: of(&|t| (-t / PITCH[2]).exp()),
+            place: of(&|t| PLACE[0].powi(2) * (-t / PLACE[1]).exp()),
+            gust: of(&|t| (-t / GUST[1]).exp()),
+            model: of(&|t| MODEL.iter().map(|[sd, over]| sd * sd * (-t / over).exp()).sum()),
+        }
+    }
+}
+
+/// The noise of one stretch.
+pub(crate) struct Noise<'a> {
+    residuals: &'a [Residual],
+    time: &'a [f64],
+    speed: &'a [f64],
+    lean: Vec<f64>,
+    /// Yaw rate over speed, 1/m.
+    bend: Vec<f64>,
+    pitch: f64,
+    lags: Lags,
+}
+
+impl<'a> Noise<'a> {
+    pub(crate) fn new(columns: &'a Columns, stretch: &Range<usize>, residuals: &'a [Residual]) -> Self {
+        Noise {
+            residuals,
+            time: &columns.time[stretch.clone()],
+            speed: &columns.speed[stretch.clone()],
+            lean: columns.roll[0][stretch.clone()].iter().map(|phi| phi.tan()).collect(),
+            bend: {
+                let pairs = columns.yaw[0][stretch.clone()].iter().zip(&columns.speed[stretch.clone()]);
+                pairs.map(|(yaw, v)| yaw / v).collect()
+            },
+            pitch: PITCH[usize::from(!columns.measured.pitch)],
+            lags: Lags::new(stretch.len()),
+        }
+    }
+
+    /// Covariances of a pair of samples: of each part's own residual, of the model's, what is free, and what both axles have
+    /// alike; rad².
+    fn pair(&self, i: usize, j: usize) -> ([f64; PARTS], [f64; 2]) {
+        let lag = i.abs_diff(j);
+        let (time, lags) = (self.time, &self.lags);
+        let per_speed = 1.0 / (self.speed[i] * self.speed[j]);
+        let walk = INTEGRAL[0].powi(2) * time[i].min(time[j]);
+        let white = INTEGRAL[1].powi(2) * lags.white[lag];
+        let tilt = self.pitch * self.pitch * self.lean[i] * self.lean[j] * lags.pitch[lag];
+        let free = FREE[0].powi(2) + FREE[1].powi(2) * time[i] * time[j];
+        let parts = [
+            AXLES * AXLES * lags.white[lag],
+            VELOCITY[0].powi(2) * lags.velocity[lag] * per_speed,
+            (walk + white) * per_speed + tilt,
+            GUST[0].powi(2) * lags.gust[lag] + PUSH * PUSH * lags.white[lag],
+            lags.model[lag] + lags.place[lag] * self.bend[i] * self.bend[j],
+        ];
+        (parts, [free * per_speed, (SWAY / STIFFNESS).powi(2) * lags.gust[lag]])
+    }
+
+    /// Lower triangle of the covariance of all residuals.
+    fn covariance(&self, scales: &Scales) -> DMatrix<f64> {
+        let n = self.time.len();
+        let square = scales.0.map(|s| s * s);
+        let mut out = DMatrix::zeros(self.residuals.len() * n, self.residuals.len() * n);
+        for i in 0..n {
+            for j in 0..=i {
+                let (parts, [free, gust]) = self.pair(i, j);
+                let axle = square[OF_MODEL] * parts[OF_MODEL];
+                for (a, residual) in self.residuals.iter().enumerate() {
+                    let k = *residual as usize;
+                    let own = square[k] * parts[k]
+                        + match residual {
+                            Residual::Axles => axle,
+                            Residual::Velocity => 0.0,
+                            Residual::Integral => free,
+                            Residual::Force => PUSH_ZERO * PUSH_ZERO,
+                        }
+                        + if i == j { REGULAR } else { 0.0 };
+                    for b in 0..=a {
+                        if (*residual == Residual::Force) != (self.residuals[b] == Residual::Force) {
+                            continue;
+                        }
+                        let is_force = *residual == Residual::Force;
+                        // what both axles have alike is not between them
+                        let is_between =
+                            *residual == Residual::Axles || self.residuals[b] == Residual::Axles;
+                        let alike = if is_between { 0.0 } else { gust };
+                        let common = if is_force { 0.0 } else { axle + alike };
+                        let value = common + if a == b { own } else { 0.0 };
+                        out[(a * n + i, b * n + j)] = value;
+                        out[(a * n + j, b * n + i)] = value;
                     }
-                    out[(a * n + i, b * n + j)] = value;
-                    out[(a * n + j, b * n + i)] = value;
                 }
             }
         }
+        out
     }
-    // the lower triangle alone is read
-    Some(out.cholesky()?.unpack())
+
+    /// Cholesky factor of that; `None` where it has none.
+    pub(crate) fn factor(&self, scales: &Scales) -> Option<DMatrix<f64>> {
+        Some(self.covariance(scales).cholesky()?.unpack())
+    }
+
+    /// How large each part is in whitened residuals, and how large it should be: what `r' K^-1 C K^-1 r` and the trace of
+    /// `K^-1 C` are for the part's covariance `C`.
+    pub(crate) fn shares(&self, factor: &DMatrix<f64>, whitened: &DVector<f64>) -> [[f64; 2]; PARTS] {
+        let n = self.time.len();
+        let mut inverse = DMatrix::identity(factor.nrows(), factor.nrows());
+        factor.solve_lower_triangular_mut(&mut inverse);
+        let left = inverse.tr_mul(whitened);
+        let precision = inverse.tr_mul(&inverse);
+        let mut out = [[0.0; 2]; PARTS];
+        for i in 0..n {
+            for j in 0..n {
+                let (parts, _) = self.pair(i, j);
+                let mut rear = [0.0; 2];
+                for (a, residual) in self.residuals.iter().enumerate() {
+                    for b in 0..self.residuals.len() {
+                        let (p, q) = (a * n + i, b * n + j);
+                        let by = [left[p] * left[q], precision[(p, q)]];
+                        let own = if a == b { parts[*residual as usize] } else { 0.0 };
+                        let forces = [*residual, self.residuals[b]].map(|r| r == Residual::Force);
+                        let kinematic = if forces == [false; 2] { 1.0 } else { 0.0 };
+                        let front = a == b && *residual == Residual::Axles;
+                        for m in 0..2 {
+                            out[*residual as usize][m] += own * by[m];
+                            rear[m] += kinematic * by[m] * if front { 2.0 } else { 1.0 };
+                        }
+                    }
+                }
+                (0..2).for_each(|m| out[OF_MODEL][m] += parts[OF_MODEL] * rear[m]);
+            }
+        }
+        out
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::config::Config;
-use super::motion::{Machine, PRODUCT, Quantities, Quantity, YAW_GYRATION};
+use super::motion::{Machine, PRODUCT, Quantities, Quantity, ROLL_GYRATION, YAW_GYRATION};
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::Inputs;
 use crate::estimate::zeros::Zeros;
@@ -32,7 +32,7 @@ pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
 /// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
 /// either way) and ratio. Camber forces of published motorcycle tyres grow faster than camber up to 35 degrees.
 const TYRE: [[f64; 2]; OF_TYRE] =
-    [[2.64, 1.5], [0.05, 0.5], [2.5, 1.7], [-3.0, 3.2], [0.0, 0.4], [0.2, 0.13], [0.0, 0.01]];
+    [[2.64, 1.5], [0.05, 0.5], [1.7, 2.5], [-2.0, 5.0], [0.0, 0.4], [0.2, 0.13], [0.0, 0.01]];
 /// Standard deviation of the lateral velocity's zero, m/s.
 const DRIFT_ZERO: f64 = 0.05;
 /// Standard deviation of a unit's pitch over what it says, rad; of one that was not measured.
@@ -120,6 +120,8 @@ fn known(
         Quantity::Mass => of_key("mass", 0.0),
         Quantity::CgToFront => of_key("cg_to_front", 0.0),
         Quantity::CgHeight => of_key("cg_height", 0.0),
+        Quantity::Wheelbase => of_key("wheelbase", 0.002),
+        Quantity::CasterAngle => of_key("caster_angle", 0.01),
         Quantity::CgOverUnit => shared("cg_over_unit", 0.01),
         Quantity::UnitAhead => shared("unit_ahead", 0.005),
         Quantity::VelocityAhead => shared("velocity_ahead", 0.005),
@@ -129,6 +131,7 @@ fn known(
         Quantity::SteeringCompliance => shared("steering_compliance", config.steering_compliance),
         Quantity::FrontSpin => of_key("front.wheel_inertia", spin),
         Quantity::RearSpin => of_key("rear.wheel_inertia", spin),
+        Quantity::RollInertia => shared("roll_inertia", ROLL_GYRATION[1] * start[quantity]),
         Quantity::YawInertia => match bike.value("yaw_inertia") {
             Some(_) => of_key("yaw_inertia", yaw),
             None => shared("yaw_inertia", 2.0 * YAW_GYRATION[1] * start[quantity]),

@@ -3,24 +3,23 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::model::Model;
-use super::noise::{LEAST, factor};
+use super::noise::{Noise, PARTS, Scales};
 use super::parameters::*;
 use crate::fit::variation::Source;
 use crate::statistics::interval::t95;
-use crate::statistics::order::spread_about;
 
 /// Huber's threshold, in standard deviations.
 const HUBER: f64 = 2.0;
 /// Most steps.
-const STEPS: usize = 12;
+const STEPS: usize = 16;
 /// Steps after which the noise is scaled by what it shows.
-const RESCALED: [usize; 2] = [1, 3];
+const RESCALED: std::ops::RangeInclusive<usize> = 1..=5;
+/// Most stretches that the noise is scaled by.
+const MOST: usize = 12;
 /// A step of which the square, in standard deviations of the result, is below this comes to rest.
 const REST: f64 = 2e-3;
-/// Most by which a noise is scaled at once.
-const MOST_SCALED: [f64; 2] = [0.5, 3.0];
 /// Numbers that stretches are taken to have adapted to, in the sandwich.
-const ADAPTED: usize = 4;
+const ADAPTED: usize = 2;
 
 /// Numbers of the result: of each tyre [`OUT`].
 pub(crate) const OUTPUTS: usize = 6;
@@ -42,8 +41,8 @@ pub struct Fitted {
     pub samples: usize,
     /// Share of the residuals with less than full weight.
     pub outliers: f64,
-    /// Scales of the noise of axles, velocity and integral.
-    pub scale: [f64; 3],
+    /// Scales of the noise.
+    pub scale: Scales,
 }
 
 impl Fitted {
@@ -66,7 +65,7 @@ struct Whitened {
 pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> {
     let p = parameters.len();
     let mut theta = parameters.mean.clone();
-    let mut scale = [1.0; 3];
+    let mut scale = Scales::default();
     let mut factors = factors(model, &scale)?;
     let prior = DVector::from_iterator(p, parameters.sd.iter().map(|sd| 1.0 / (sd * sd)));
     for step in 0..STEPS {
@@ -78,11 +77,11 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> 
             return None;
         }
         if RESCALED.contains(&step) {
-            rescale(model, &at, &mut scale);
+            scale = rescaled(model, &at, &factors, scale);
             factors = self::factors(model, &scale)?;
             continue;
         }
-        if step > RESCALED[1] && gradient.dot(&change) < REST {
+        if step > *RESCALED.end() && gradient.dot(&change) < REST {
             let at = whiten(model, parameters, &theta, &factors);
             return result(&at, theta, parameters, &prior, model, scale);
         }
@@ -90,9 +89,10 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> 
     None
 }
 
-fn factors(model: &Model<'_>, scale: &[f64; 3]) -> Option<Vec<DMatrix<f64>>> {
+fn factors(model: &Model<'_>, scale: &Scales) -> Option<Vec<DMatrix<f64>>> {
     let columns = model.columns;
-    columns.stretches().map(|s| factor(columns, &s, &model.residuals, scale)).collect()
+    let of = |s| Noise::new(columns, &s, &model.residuals).factor(scale);
+    columns.stretches().map(of).collect()
 }
 
 fn whiten(
@@ -151,20 +151,20 @@ fn weight(residual: f64) -> f64 {
     if residual.abs() <= HUBER { 1.0 } else { HUBER / residual.abs() }
 }
 
-/// Scales the noise of each residual by the spread of what is left.
-fn rescale(model: &Model<'_>, at: &Whitened, scale: &mut [f64; 3]) {
-    for (a, residual) in model.residuals.iter().enumerate() {
-        let mut left = Vec::new();
-        for residuals in &at.residuals {
-            let n = residuals.len() / model.residuals.len();
-            left.extend(residuals.iter().skip(a * n).take(n));
-        }
-        let of = *residual as usize;
-        let by = spread_about(&left, 0.0).clamp(MOST_SCALED[0], MOST_SCALED[1]);
-        if by.is_finite() {
-            scale[of] = (scale[of] * by).max(LEAST[of]);
+/// Scales of the noise by what is left, over some of the stretches.
+fn rescaled(model: &Model<'_>, at: &Whitened, factors: &[DMatrix<f64>], scale: Scales) -> Scales {
+    let every = factors.len().div_ceil(MOST);
+    let mut sums = [[0.0; 2]; PARTS];
+    for (k, stretch) in model.columns.stretches().enumerate().step_by(every) {
+        let noise = Noise::new(model.columns, &stretch, &model.residuals);
+        // outliers count as far as they have weight
+        let kept = at.residuals[k].map(|r| r * weight(r).sqrt());
+        let shares = noise.shares(&factors[k], &kept);
+        for (sum, share) in sums.iter_mut().zip(shares) {
+            (0..2).for_each(|m| sum[m] += share[m]);
         }
     }
+    scale.updated(&sums)
 }
 
 fn result(
@@ -173,7 +173,7 @@ fn result(
     parameters: &Parameters,
     prior: &DVector<f64>,
     model: &Model<'_>,
-    scale: [f64; 3],
+    scale: Scales,
 ) -> Option<Fitted> {
     let (information, _, scores) = normal(at, &theta, parameters, prior);
     let covariance = information.clone().cholesky()?.inverse();
