@@ -59,8 +59,6 @@ impl Machine {
         let plant = self.plant_with(hidden);
         let mut tour = multibody::tour_on(scenario, &plant, motorcycle, bike, self.number);
         tour.disturbance = self.disturbance;
-        if std::env::var("NOGUST").is_ok() { tour.disturbance.gust_y = 0.0; tour.disturbance.gust_x = 0.0; }
-        if std::env::var("NOLEAN").is_ok() { tour.disturbance.lean = 0.0; }
         for (name, sensor) in &mut tour.sensors {
             sensor.white *= self.noise;
             sensor.slow *= self.noise;
@@ -70,7 +68,6 @@ impl Machine {
             }
         }
         tour.imu = self.imu;
-        if std::env::var("NONOISE").is_ok() { tour.sensors.clear(); tour.imu = None; }
         Ok(tour)
     }
 }
