@@ -83,6 +83,7 @@ mod tests {
     use crate::simulate::effects::ModelError;
     use crate::simulate::manoeuvre::Manoeuvre;
     use crate::simulate::multibody_ride;
+    use crate::simulate::plan::{Plan, PlanKind};
     use crate::simulate::population::Machine;
     use crate::simulate::population::bike::BikeFile;
     use crate::simulate::reduced;
@@ -146,6 +147,25 @@ mod tests {
         println!("{what} {asked:?}: frequency {frequency:.3}, lean {lean:.3} of those asked");
         assert!((frequency - 1.0).abs() < 0.15, "{what} {asked:?}: frequency {frequency}");
         assert!((lean - 1.0).abs() < 0.15, "{what} {asked:?}: lean {lean}");
+    }
+
+    #[test]
+    fn a_plan_has_as_many_as_asked_of_either_plan() {
+        let transients = Transients { slow_passes: 4, fast_passes: 3, lane_changes: 7 };
+        for kind in [PlanKind::Paper, PlanKind::Naturalistic] {
+            let plan = Plan { kind, coasts: 2, brakings: 1, laps: 3, transients };
+            let (mut slow, mut fast, mut changes, mut to_the_left) = (0, 0, 0, 0);
+            for phase in plan.phases(&mut Random::new(5, "plan")) {
+                let Phase::Swing { swing, .. } = phase else { continue };
+                to_the_left += usize::from(swing.first == Direction::Left);
+                match swing.form {
+                    Form::Slalom { frequency } if frequency < 0.4 => slow += 1,
+                    Form::Slalom { .. } => fast += 1,
+                    Form::LaneChange => changes += 1,
+                }
+            }
+            assert_eq!([slow, fast, changes, to_the_left], [4, 3, 7, 8], "{kind:?}");
+        }
     }
 
     #[test]
