@@ -601,9 +601,6 @@ pub mod simulate {
     pub mod strapdown {
         pub use crate::simulate::strapdown::{Axes, Receiver, Unit, crabbing, record, truth};
     }
-    pub mod swing {
-        pub use crate::simulate::swing::{Form, Swing};
-    }
     pub mod tour {
         pub use crate::simulate::tour::Tour;
     }

@@ -91,7 +91,11 @@ fn median(x: &[f64]) -> f64 {
 }
 
 fn plan_named(name: &str) -> Result<&'static str, String> {
-    hidden::plan_named(name).ok_or_else(|| format!("no plan `{name}`"))
+    let known = || {
+        let more = hidden::TRANSIENT_PLANS.iter().map(|(name, _)| *name);
+        hidden::PLANS.into_iter().chain(more).collect::<Vec<_>>().join(", ")
+    };
+    hidden::plan_named(name).ok_or_else(|| format!("no plan `{name}`; one of {}", known()))
 }
 
 /// The ride of a number, by a plan if one is asked for.
