@@ -506,7 +506,7 @@ pub mod simulate {
         }
     }
     pub mod hidden {
-        pub use crate::simulate::hidden::{Case, Kind, PLANS};
+        pub use crate::simulate::hidden::{Case, Kind, PLANS, TRANSIENT_PLANS, plan_named};
     }
     pub mod hidden_offroad {
         pub use crate::simulate::hidden_offroad::{Hidden, OffroadCase};
@@ -613,6 +613,9 @@ pub mod simulate {
         pub use crate::simulate::track::ride;
         pub use crate::simulate::track::scenario::Track;
         pub use crate::simulate::track::truth::{doings, notes};
+    }
+    pub mod transients {
+        pub use crate::simulate::transients::Transients;
     }
     pub mod truth {
         pub use crate::simulate::truth::{coefficients, of_corners};

@@ -9,7 +9,7 @@ use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part};
 use roadbench::internals::ingest::write_session;
 use roadbench::internals::pipeline::Pipeline;
 use roadbench::internals::simulate::effects::ModelError;
-use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::hidden::Case;
 use roadbench::internals::simulate::population::bike::{self, BikeFile};
 use roadbench::internals::simulate::population::ride::{self, Ridden};
 use roadbench::internals::simulate::tyre_truth::bench;
@@ -23,9 +23,11 @@ use super::{Failure, outcome};
 type Held = (String, bool, usize, usize);
 
 /// Prints a line per chart: rides, and the share of its points whose band holds the truth.
-pub fn print(rides: usize, seed: u64, pipeline: &Pipeline, work: &Path) {
+pub fn print(rides: usize, case: impl Fn(usize) -> Case + Sync, pipeline: &Pipeline, work: &Path) {
     let of = |number: usize| {
-        of_ride(number, seed, pipeline, work).map_err(|why| eprintln!("{number}: {why}")).ok()
+        of_ride(number, &case(number), pipeline, work)
+            .map_err(|why| eprintln!("{number}: {why}"))
+            .ok()
     };
     let all: Vec<Held> = (0..rides).into_par_iter().filter_map(of).flatten().collect();
     let mut table: BTreeMap<(&str, bool), [usize; 4]> = BTreeMap::new();
@@ -47,12 +49,11 @@ pub fn print(rides: usize, seed: u64, pipeline: &Pipeline, work: &Path) {
 
 fn of_ride(
     number: usize,
-    seed: u64,
+    case: &Case,
     pipeline: &Pipeline,
     work: &Path,
 ) -> Result<Vec<Held>, Failure> {
-    let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
-    let ridden = ride::ride(&case, BikeFile::Full)?;
+    let ridden = ride::ride(case, BikeFile::Full)?;
     let log = work.join(format!("bands_{number}.parquet"));
     write_session(&log, &ridden.ride.session, false)?;
     let usual = ridden.machine.motorcycle(&ModelError::default())?;

@@ -5,6 +5,7 @@
 //! cargo run --release --example coverage -- --rides 100 > coverage.md
 //! cargo run --release --example coverage -- --rides 100 --learn
 //! cargo run --release --example coverage -- --rides 100 --bands
+//! cargo run --release --example coverage -- --rides 20 --plan "full transient programme"
 //! cargo run --release --example coverage -- --plant ../shared/data/independent_plant
 //! ```
 //!
@@ -21,7 +22,7 @@ use roadbench::internals::contract::coefficient::{Coefficient, Id, Part, Source}
 use roadbench::internals::ingest::write_session;
 use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::internals::simulate::effects::ModelError;
-use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::hidden::{self, Case, Kind};
 use roadbench::internals::simulate::population::bike::{self, BikeFile};
 use roadbench::internals::simulate::population::ride::{self, Ridden};
 use roadbench::internals::store::objects::Location;
@@ -37,6 +38,10 @@ struct Arguments {
     /// Seed of the population.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Every ride by this plan, instead of the paper's and mixed riding in turn: paper, naturalistic, "mixed + 2
+    /// fast passes" or "full transient programme".
+    #[arg(long, value_parser = plan_named)]
+    plan: Option<&'static str>,
     /// Only with these bike files; may be repeated.
     #[arg(long = "file")]
     files: Vec<String>,
@@ -83,6 +88,20 @@ fn median(x: &[f64]) -> f64 {
     let mut x: Vec<f64> = x.iter().copied().filter(|x| x.is_finite()).collect();
     x.sort_by(f64::total_cmp);
     x.get(x.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn plan_named(name: &str) -> Result<&'static str, String> {
+    let known = || {
+        let more = hidden::TRANSIENT_PLANS.iter().map(|(name, _)| *name);
+        hidden::PLANS.into_iter().chain(more).collect::<Vec<_>>().join(", ")
+    };
+    hidden::plan_named(name).ok_or_else(|| format!("no plan `{name}`; one of {}", known()))
+}
+
+/// The ride of a number, by a plan if one is asked for.
+fn case(seed: u64, number: usize, plan: Option<&'static str>) -> Case {
+    let drawn = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+    Case { plan: plan.unwrap_or(drawn.plan), ..drawn }
 }
 
 /// What `run` makes of a log under a bike file.
@@ -163,13 +182,12 @@ fn learn(found: &[Vec<Compared>]) {
 /// One ride under every bike file.
 fn compared(
     number: usize,
-    seed: u64,
+    case: &Case,
     pipeline: &Pipeline,
     work: &Path,
     files: &[BikeFile],
 ) -> Result<Vec<Compared>, Failure> {
-    let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
-    let ridden = ride::ride(&case, BikeFile::Full)?;
+    let ridden = ride::ride(case, BikeFile::Full)?;
     let log = work.join(format!("{number}.parquet"));
     write_session(&log, &ridden.ride.session, false)?;
     let mut truth = ridden.truth(&pipeline.estimate);
@@ -187,10 +205,9 @@ fn compared(
 }
 
 /// What a machine is and how it was ridden, in a line.
-fn described(number: usize, seed: u64) -> String {
-    let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+fn described(number: usize, case: &Case) -> String {
     let begin = std::time::Instant::now();
-    match ride::ride(&case, BikeFile::Full) {
+    match ride::ride(case, BikeFile::Full) {
         Err(why) => why.to_string(),
         Ok(Ridden { machine, ride, failed, .. }) => format!(
             "{number} {}: {machine}; ride {:.0} s, simulated in {:.1} s{}",
@@ -212,17 +229,30 @@ fn folders(of: &Path) -> Vec<PathBuf> {
 }
 
 fn main() {
-    let Arguments { rides, seed, files, learn: learns, bands, verbose, machines, logs, plant } =
-        Arguments::parse();
+    let Arguments {
+        rides,
+        seed,
+        plan,
+        files,
+        learn: learns,
+        bands,
+        verbose,
+        machines,
+        logs,
+        plant,
+    } = Arguments::parse();
+    let case = |number: usize| case(seed, number, plan);
     let mut taken = BikeFile::ALL.to_vec();
     taken.retain(|f| files.is_empty() || files.iter().any(|name| name == f.name()));
     if machines {
-        (0..rides).into_par_iter().for_each(|number| println!("{}", described(number, seed)));
+        (0..rides)
+            .into_par_iter()
+            .for_each(|number| println!("{}", described(number, &case(number))));
         return;
     }
     if let Some(folder) = logs {
         (0..rides).into_par_iter().for_each(|number| {
-            let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+            let case = case(number);
             match ride::write(&case, &folder.join(number.to_string())) {
                 Ok((_, ridden)) => println!("{number} {}: {}", case.plan, ridden.machine),
                 Err(why) => println!("{number}: {why}"),
@@ -236,7 +266,7 @@ fn main() {
     }
     let work = tempfile::tempdir().expect("a folder for the logs");
     if bands {
-        return bands::print(rides, seed, &pipeline, work.path());
+        return bands::print(rides, case, &pipeline, work.path());
     }
     let one = |(name, found): (String, Result<Vec<Compared>, Failure>)| match found {
         Ok(cells) => {
@@ -259,7 +289,10 @@ fn main() {
         None => (0..rides)
             .into_par_iter()
             .map(|number| {
-                (number.to_string(), compared(number, seed, &pipeline, work.path(), &taken))
+                (
+                    number.to_string(),
+                    compared(number, &case(number), &pipeline, work.path(), &taken),
+                )
             })
             .filter_map(one)
             .collect(),

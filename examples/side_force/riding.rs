@@ -9,6 +9,7 @@ use roadbench::internals::simulate::effects::ModelError;
 use roadbench::internals::simulate::manoeuvre::Manoeuvre;
 use roadbench::internals::simulate::plan::{Phase, Plan, PlanKind};
 use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::transients::Transients;
 use roadbench::internals::simulate::{multibody_ride as multibody, sensors};
 use roadbench::internals::statistics::random::Random;
 
@@ -113,9 +114,12 @@ pub const CONTROL: [Way; 2] = [UPRIGHT, UPRIGHT];
 fn phases(riding: Riding, random: &mut Random) -> Vec<Phase> {
     match riding {
         Riding::Plan(kind) => {
+            let transients = Transients::default();
             let plan = match kind {
-                PlanKind::Paper => Plan { kind, coasts: 8, brakings: 5, laps: 9 },
-                PlanKind::Naturalistic => Plan { kind, coasts: 8, brakings: 7, laps: 8 },
+                PlanKind::Paper => Plan { kind, coasts: 8, brakings: 5, laps: 9, transients },
+                PlanKind::Naturalistic => {
+                    Plan { kind, coasts: 8, brakings: 7, laps: 8, transients }
+                }
             };
             plan.phases(random)
         }

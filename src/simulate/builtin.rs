@@ -20,6 +20,7 @@ pub(crate) const REDUCED: List = &[
 pub(crate) const TOURS: List = &[
     ("characterise", include_str!("../../pipelines/scenarios/characterise.toml")),
     ("lane_change", include_str!("../../pipelines/scenarios/lane_change.toml")),
+    ("slalom", include_str!("../../pipelines/scenarios/slalom.toml")),
     ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
 ];
 

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use super::scenario::{Machine, Scenario};
+use super::transients::Transients;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -35,6 +36,19 @@ pub enum Kind {
 /// The ride plans.
 pub const PLANS: [&str; 2] = ["paper", "naturalistic"];
 
+/// Mixed riding with transients in it, as `naturalistic` otherwise. No case is drawn with them: a study asks
+/// for them by name ([`plan_named`]).
+pub const TRANSIENT_PLANS: [(&str, Transients); 2] = [
+    ("mixed + 2 fast passes", Transients { slow_passes: 0, fast_passes: 2, lane_changes: 0 }),
+    ("full transient programme", Transients { slow_passes: 4, fast_passes: 4, lane_changes: 6 }),
+];
+
+/// A plan of [`PLANS`] or [`TRANSIENT_PLANS`].
+pub fn plan_named(name: &str) -> Option<&'static str> {
+    let transient = TRANSIENT_PLANS.iter().map(|(name, _)| *name);
+    PLANS.into_iter().chain(transient).find(|plan| *plan == name)
+}
+
 /// What is hidden in one archive.
 #[derive(Debug, Clone)]
 pub struct Case {
@@ -44,7 +58,7 @@ pub struct Case {
     pub number: usize,
     /// What it is about.
     pub kind: Kind,
-    /// Ride plan, of [`PLANS`].
+    /// Ride plan, of [`PLANS`] or [`TRANSIENT_PLANS`].
     pub plan: &'static str,
     /// Hidden effects and their sizes, in their units.
     pub hidden: Vec<(&'static Effect, f64)>,
@@ -106,7 +120,12 @@ impl Case {
 
     /// The motorcycle of the case: its bike file says the truth but for what is hidden.
     pub fn machine(&self) -> Result<(Scenario, Machine), Error> {
-        let mut scenario = Scenario::builtin(self.plan)?.certain();
+        let more = TRANSIENT_PLANS.iter().find(|(name, _)| *name == self.plan);
+        let base = more.map_or(self.plan, |_| "naturalistic");
+        let mut scenario = Scenario::builtin(base)?.certain();
+        if let Some((_, transients)) = more {
+            scenario.plans.iter_mut().for_each(|plan| plan.transients = *transients);
+        }
         scenario.seed = scenario.seed.wrapping_add(self.seed);
         let named = ["acceleration_x", "acceleration_y", "yaw_rate"];
         let more = if self.kind == Kind::Noisy { 1.5 } else { 1.0 };

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
 use super::plan::{Phase, Plan};
+use super::swing::{Form, Swing};
 use crate::contract::key_error::KeyError;
 use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
@@ -116,6 +117,29 @@ pub enum Manoeuvre {
         /// Straight run after it, m.
         beyond: f64,
     },
+    /// From side to side at constant speed, a whole number of periods; first to the left. The lean builds up
+    /// in the first period and dies away in the last.
+    Slalom {
+        /// m/s.
+        speed: f64,
+        /// Hz.
+        frequency: f64,
+        /// Largest lean, rad.
+        lean: f64,
+        /// About this long, s.
+        duration: f64,
+    },
+    /// A lane change by its lean, at constant speed: once to one side, once to the other.
+    Swerve {
+        /// Side of the first lean.
+        direction: Direction,
+        /// m/s.
+        speed: f64,
+        /// Largest lean, rad.
+        lean: f64,
+        /// From upright to upright, s.
+        duration: f64,
+    },
     /// Brakes to a stop and stands.
     Stop {
         /// s.
@@ -130,6 +154,11 @@ fn first() -> u8 {
 /// Lean of a steady turn, with what round tyres and spinning wheels add.
 fn lean(speed: f64, radius: f64) -> f64 {
     (speed * speed / radius / crate::GRAVITY).atan() * 1.13
+}
+
+/// Straight on until the speed is steady, then a swing.
+fn swing(swing: Swing, speed: f64) -> Vec<Phase> {
+    vec![Phase::Cruise { speed, duration: 2.0 }, Phase::Swing { swing, speed }]
 }
 
 impl Manoeuvre {
@@ -199,6 +228,13 @@ impl Manoeuvre {
                 Phase::Cruise { speed: path.entry, duration: 1.0 },
                 Phase::Follow { shape: path, ahead, beyond },
             ],
+            Manoeuvre::Slalom { speed, frequency, lean, duration } => {
+                let form = Form::Slalom { frequency };
+                swing(Swing { first: Direction::Left, lean, duration, form }, speed)
+            }
+            Manoeuvre::Swerve { direction, speed, lean, duration } => {
+                swing(Swing { first: direction, lean, duration, form: Form::LaneChange }, speed)
+            }
             Manoeuvre::Stop { duration } => {
                 let slow = [0.6e6, 0.3e6];
                 vec![
@@ -260,6 +296,15 @@ impl Manoeuvre {
                     .and(within("ahead", ahead, 0.0, 1e4))
                     .and(within("beyond", beyond, 0.0, 1e4))
             }
+            Manoeuvre::Slalom { speed: v, frequency, lean, duration } => {
+                within("speed", v, 6.0, 90.0)
+                    .and(within("frequency", frequency, 0.05, 2.0))
+                    .and(within("lean", lean, 0.01, 1.0))
+                    .and(within("duration", duration, 1.0, 3600.0))
+            }
+            Manoeuvre::Swerve { speed: v, lean, duration, .. } => within("speed", v, 6.0, 90.0)
+                .and(within("lean", lean, 0.01, 1.0))
+                .and(within("duration", duration, 0.5, 20.0)),
             Manoeuvre::Stop { duration } => within("duration", duration, 0.0, 3600.0),
         }
     }

@@ -44,9 +44,11 @@ pub(crate) mod sensors;
 pub(crate) mod simulated;
 #[cfg(feature = "internals")]
 pub(crate) mod strapdown;
+pub(crate) mod swing;
 pub(crate) mod tables;
 pub(crate) mod tour;
 pub(crate) mod track;
+pub(crate) mod transients;
 pub(crate) mod truth;
 pub(crate) mod tyre_truth;
 pub(crate) mod unsteady;

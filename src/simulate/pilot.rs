@@ -113,9 +113,15 @@ impl<'a> Pilot<'a> {
                 let Lean { angle, rate, acceleration } = demand.lean;
                 let angle = angle + self.sway;
                 self.roll.torque(state, speed, |i| {
-                    // what is known of the lean to come; it will not swing beyond a third of a second
-                    let t = (self.period * i as f64).min(0.3);
-                    angle + rate * t + 0.5 * acceleration * t * t
+                    let ahead = self.period * i as f64;
+                    match demand.swing {
+                        Some((swing, since)) => swing.at(since + ahead).angle + self.sway,
+                        // what is known of the lean to come; it will not swing beyond a third of a second
+                        None => {
+                            let t = ahead.min(0.3);
+                            angle + rate * t + 0.5 * acceleration * t * t
+                        }
+                    }
                 })
             }
         };

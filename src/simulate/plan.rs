@@ -5,6 +5,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
+use super::swing::Swing;
+use super::transients::Transients;
 use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
@@ -93,6 +95,13 @@ pub enum Phase {
         /// Speed held, m/s.
         speed: f64,
     },
+    /// Leans to both sides at constant speed: a slalom pass or a lane change.
+    Swing {
+        /// The lean.
+        swing: Swing,
+        /// Speed held, m/s.
+        speed: f64,
+    },
     /// Shifts; everything driven after it is in this gear.
     Shift {
         /// 1 to 6.
@@ -136,6 +145,9 @@ pub struct Plan {
     pub brakings: usize,
     /// Laps of two left corners (paper: 20), or mixed corners of the naturalistic ride.
     pub laps: usize,
+    /// Slalom passes and lane changes: among the rest of the naturalistic ride, at the end of the paper's.
+    #[serde(default)]
+    pub transients: Transients,
 }
 
 /// The plans there are.
@@ -239,6 +251,7 @@ fn paper(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
             ]);
         }
     }
+    plan.transients.part(0, 1, random, phases);
 }
 
 fn naturalistic(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
@@ -285,5 +298,6 @@ fn naturalistic(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
                 },
             ]);
         }
+        plan.transients.part(round, rounds, random, phases);
     }
 }

@@ -4,6 +4,7 @@
 
 use super::path::{Course, LaneChange, quintic};
 use super::plan::Phase;
+use super::swing::Swing;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Positions of levers, throttle and gear, as loggers record them.
@@ -54,6 +55,8 @@ pub(crate) struct Lean {
 pub(crate) struct Demand {
     /// Lean now.
     pub lean: Lean,
+    /// The lean to come, where it is known, and how long ago it began, s.
+    pub swing: Option<(Swing, f64)>,
     /// Acceleration, m/s²; `None` leaves the throttle alone (neutral).
     pub acceleration: Option<f64>,
     /// Brake pressures, Pa, front and rear.
@@ -233,6 +236,12 @@ impl<'a> Programme<'a> {
                 demand.acceleration = Some(hold(speed, seen));
                 let sliding = seen.slip_angle.iter().any(|a| a.abs() > grip);
                 (demand.lean, demand.done) = self.spiral(direction, rate, lean, sliding);
+            }
+            Phase::Swing { swing, speed } => {
+                demand.acceleration = Some(hold(speed, seen));
+                demand.lean = swing.at(t);
+                demand.swing = Some((swing, t));
+                demand.done = t >= swing.length();
             }
             Phase::Shift { gear } => {
                 self.gear = f64::from(gear);

@@ -13,6 +13,7 @@ use roadbench::internals::simulate::effects::{ALL, Effect};
 use roadbench::internals::simulate::hidden::{Case, Kind};
 use roadbench::internals::simulate::plan::{Plan, PlanKind};
 use roadbench::internals::simulate::scenario::Machine;
+use roadbench::internals::simulate::transients::Transients;
 
 const COASTS: &str = "4 coasts from 110 and 6 from 30 km/h, both ways";
 const THROTTLE: &str = "6 corners to both sides on the throttle";
@@ -27,7 +28,13 @@ fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, M
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
     let case = Case { seed: 0, number, kind: Kind::Single, plan: "paper", hidden, foreign: None };
     let (mut scenario, machine) = case.machine().expect("scenario");
-    scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 12, brakings: 3, laps: 8 }];
+    scenario.plans = vec![Plan {
+        kind: PlanKind::Paper,
+        coasts: 12,
+        brakings: 3,
+        laps: 8,
+        transients: Transients::default(),
+    }];
     let set = set
         .map(|words| sets::SETS.iter().find(|s| s.words == words).expect("a set of these words"));
     let more = |heading| set.map_or(Vec::new(), |s| sets::after(s, heading));

@@ -24,6 +24,7 @@ use roadbench::internals::report::tables;
 use roadbench::internals::simulate::plan::{Plan, PlanKind};
 use roadbench::internals::simulate::scenario::Scenario;
 use roadbench::internals::simulate::session;
+use roadbench::internals::simulate::transients::Transients;
 use roadbench::internals::store::objects::Location;
 use roadbench::internals::store::tables::rows::{Coefficient, Status};
 
@@ -46,7 +47,13 @@ const RATE: f64 = 50.0;
 fn ride() -> (Session, String) {
     let mut scenario = Scenario::builtin("archive").expect("scenario");
     scenario.rate = RATE;
-    scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 6, brakings: 5, laps: 5 }];
+    scenario.plans = vec![Plan {
+        kind: PlanKind::Paper,
+        coasts: 6,
+        brakings: 5,
+        laps: 5,
+        transients: Transients::default(),
+    }];
     let machine = scenario.machine(0);
     let mut ride = session(&scenario, &machine, 0).session;
     track(&mut ride);

@@ -8,6 +8,7 @@ use roadbench::internals::simulate;
 use roadbench::internals::simulate::effects::Effect;
 use roadbench::internals::simulate::hidden::{Case, Kind};
 use roadbench::internals::simulate::plan::{Plan, PlanKind};
+use roadbench::internals::simulate::transients::Transients;
 
 const GRADE: f64 = 0.006;
 const LATE: f64 = 0.03;
@@ -35,7 +36,13 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
             foreign: None,
         };
         let (mut scenario, machine) = case.machine().expect("scenario");
-        scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 12, brakings: 3, laps: 8 }];
+        scenario.plans = vec![Plan {
+            kind: PlanKind::Paper,
+            coasts: 12,
+            brakings: 3,
+            laps: 8,
+            transients: Transients::default(),
+        }];
         let ridden = simulate::session_with(&scenario, &machine, k, |_| Vec::new());
         let mut session = ridden.session;
         session.meta.session_id = format!("s{k}");
