@@ -286,6 +286,7 @@ pub mod fit {
     }
     pub mod transients {
         pub use crate::fit::transients::parameters::{OF_TYRE, QUANTITIES};
+        pub use crate::fit::transients::join::law;
         pub use crate::fit::transients::{Config, Fitted, Transients, run};
     }
     pub mod variation {

@@ -95,7 +95,7 @@ pub(super) fn estimate(
     if let C::CorneringStiffness0 | C::CamberStiffness0 = id.coefficient {
         return stiffness(solution, upstream, bike, id, own);
     }
-    if is_of_rule(bike, id) && !solution.is_of_changing_lean(id) {
+    if is_of_rule(bike, id) {
         return of_rule(solution.found.values[id]);
     }
     let (std_error, dof) = together(own, upstream_variance(upstream, id));

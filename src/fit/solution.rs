@@ -79,17 +79,9 @@ pub struct Solution {
     pub samples: FittedSamples,
     /// What the algebra was given, as it was used.
     pub inputs: Inputs,
-    /// Tyres whose side force the changes of lean gave.
-    pub ridden: [Option<Ridden>; 2],
-}
-
-/// A tyre whose stiffness and side force ratio come from changes of lean.
-#[derive(Debug, Clone)]
-pub struct Ridden {
-    /// Of that fit; its clusters are stretches.
-    pub quality: Quality,
-    /// Whether it gave the relaxation length too.
-    pub relaxation: bool,
+    /// Of tyres whose stiffness and side force ratio come from changes of lean: how that fit was reached; its clusters are
+    /// stretches.
+    pub ridden: [Option<Quality>; 2],
 }
 
 impl Solution {
@@ -98,7 +90,7 @@ impl Solution {
         if self.is_of_changing_lean(id)
             && let Some(ridden) = id.part.axle().and_then(|axle| self.ridden[axle as usize].as_ref())
         {
-            let (dof, quality) = (f64::INFINITY, ridden.quality.clone());
+            let (dof, quality) = (f64::INFINITY, ridden.clone());
             return Uncertainty { variance: 0.0, dof, dispersion: None, quality };
         }
         let own = self.fits.coasting.uncertainty(id);

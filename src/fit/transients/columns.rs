@@ -16,6 +16,9 @@ pub(crate) const MARGIN: f64 = 4.0 * KERNEL + 0.02;
 /// Half the span of a derivative where there is no accelerometer, s.
 const SPAN: f64 = 0.25;
 
+/// Roll acceleration from which the lean changes fast, rad/s²: slaloms and lane changes, seldom a roll-in.
+const FAST: f64 = 0.8;
+
 /// Channels that the fit cannot do without.
 pub(crate) const NEEDED: [Channel; 5] = [
     Channel::VelocityX,
@@ -133,6 +136,11 @@ impl Columns {
     /// Number of samples.
     pub(crate) fn len(&self) -> usize {
         self.time.len()
+    }
+
+    /// Time in which the lean changes fast, s.
+    pub(crate) fn fast(&self) -> f64 {
+        self.roll[2].iter().filter(|x| x.abs() > FAST).count() as f64 / RATE
     }
 
     /// Samples of each stretch.

@@ -31,7 +31,7 @@ impl Default for Config {
         Config {
             enabled: true,
             min_speed: 5.0,
-            max_lean: 0.8,
+            max_lean: 0.5,
             max_acceleration: 1.2,
             roll_rate: 0.06,
             longest: 15.0,

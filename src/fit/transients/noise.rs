@@ -52,7 +52,7 @@ pub(crate) const PARTS: usize = 5;
 const OF_MODEL: usize = 4;
 /// Smallest and largest scale of each part. An acceleration is in response and force alike: its residual never counts as
 /// less noisy.
-const BOUNDS: [[f64; 2]; PARTS] = [[0.4, 20.0], [0.2, 20.0], [1.2, 20.0], [0.5, 20.0], [1.0, 20.0]];
+const BOUNDS: [[f64; 2]; PARTS] = [[0.4, 20.0], [0.2, 20.0], [1.2, 20.0], [0.5, 20.0], [3.0, 20.0]];
 
 /// Scale of each part's standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,7 @@ pub struct Scales(pub [f64; PARTS]);
 
 impl Default for Scales {
     fn default() -> Self {
-        Scales([1.0, 1.0, 1.6, 1.0, 2.0])
+        Scales([1.0, 1.0, 1.6, 1.0, 3.0])
     }
 }
 

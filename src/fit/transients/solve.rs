@@ -22,16 +22,16 @@ const REST: f64 = 2e-3;
 const ADAPTED: usize = 2;
 
 /// Numbers of the result: of each tyre [`OUT`].
-pub(crate) const OUTPUTS: usize = 6;
+pub(crate) const OUTPUTS: usize = 4;
 /// Which of a tyre's numbers are results.
-pub(crate) const OUT: [usize; 3] = [LN_STIFFNESS, RATIO, RELAXATION];
+pub(crate) const OUT: [usize; 2] = [LN_STIFFNESS, RATIO];
 
 /// A fit that came to rest.
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// The parameters.
     pub theta: Vec<f64>,
-    /// Covariance of the results that the ride's own noise makes: of each tyre logarithm of the stiffness, ratio, relaxation.
+    /// Covariance of the results that the ride's own noise makes: of each tyre logarithm of the stiffness and ratio.
     pub noise: DMatrix<f64>,
     /// What one standard deviation of each thing that was known before changes the results by.
     pub shifts: Vec<(Source, [f64; OUTPUTS])>,
@@ -39,6 +39,8 @@ pub struct Fitted {
     pub stretches: usize,
     /// Samples.
     pub samples: usize,
+    /// Time in which the lean changes fast, s.
+    pub fast: f64,
     /// Share of the residuals with less than full weight.
     pub outliers: f64,
     /// Scales of the noise.
@@ -210,6 +212,7 @@ fn result(
         shifts,
         stretches: n,
         samples: model.columns.len(),
+        fast: model.columns.fast(),
         outliers: light as f64 / all.max(1) as f64,
         scale,
     })
