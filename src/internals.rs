@@ -285,8 +285,8 @@ pub mod fit {
         pub use crate::fit::refit::{MOST_CORNER, Refit};
     }
     pub mod transients {
-        pub use crate::fit::transients::parameters::{OF_TYRE, QUANTITIES};
         pub use crate::fit::transients::join::law;
+        pub use crate::fit::transients::parameters::{OF_TYRE, QUANTITIES};
         pub use crate::fit::transients::{Config, Fitted, Transients, run};
     }
     pub mod variation {

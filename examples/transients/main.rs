@@ -199,9 +199,15 @@ fn print(rides: &[Ride], fits: &[Option<Transients>], parameters: bool) {
             f.outliers
         );
         if parameters {
-            for (i, name) in ["front stiffness", "front ratio", "rear stiffness", "rear ratio"].into_iter().enumerate() {
-                let mut parts: Vec<(f64, &str)> =
-                    f.shifts.iter().map(|(source, shift)| (shift[i].abs(), source.name.as_str())).collect();
+            for (i, name) in ["front stiffness", "front ratio", "rear stiffness", "rear ratio"]
+                .into_iter()
+                .enumerate()
+            {
+                let mut parts: Vec<(f64, &str)> = f
+                    .shifts
+                    .iter()
+                    .map(|(source, shift)| (shift[i].abs(), source.name.as_str()))
+                    .collect();
                 parts.push((f.noise[(i, i)].sqrt(), "noise"));
                 parts.sort_by(|a, b| b.0.total_cmp(&a.0));
                 let words: Vec<String> =
@@ -215,7 +221,10 @@ fn print(rides: &[Ride], fits: &[Option<Transients>], parameters: bool) {
                     None => p.sources[j].name.clone(),
                 };
                 let by = (f.theta[j] - p.mean[j]) / p.sd[j];
-                println!("    {name:28} {:10.5} prior {:10.5} ({by:+.2} sd)", f.theta[j], p.mean[j]);
+                println!(
+                    "    {name:28} {:10.5} prior {:10.5} ({by:+.2} sd)",
+                    f.theta[j], p.mean[j]
+                );
             }
         }
         all.push(found);

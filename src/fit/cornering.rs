@@ -16,11 +16,11 @@
 //! response. Without noise and in wide bends the two agree.
 //! Printed (35), (36): `Mx_tot = k_x m g tan(phi)`, split by the tyre widths.
 
+use super::transients::join::about;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient, Part};
 use crate::estimate::signals::Signals;
-use super::transients::join::about;
 use crate::statistics::clustered_fit::{self, Fitted, Quality, Uncertainty};
 use crate::tyre::formulation::Formulation;
 
@@ -144,7 +144,8 @@ impl Rows {
 
     /// The same rows with another side force ratio.
     pub(crate) fn assume(&mut self, ratio: f64) {
-        let sums = self.slip_angle.iter().zip(&self.camber).map(|(alpha, gamma)| alpha + ratio * gamma);
+        let sums =
+            self.slip_angle.iter().zip(&self.camber).map(|(alpha, gamma)| alpha + ratio * gamma);
         self.side = sums.collect();
     }
 

@@ -88,7 +88,8 @@ impl Solution {
     /// How well the fit of a coefficient knows it; without samples where it was not fitted.
     pub fn uncertainty(&self, id: Id) -> Uncertainty {
         if self.is_of_changing_lean(id)
-            && let Some(ridden) = id.part.axle().and_then(|axle| self.ridden[axle as usize].as_ref())
+            && let Some(ridden) =
+                id.part.axle().and_then(|axle| self.ridden[axle as usize].as_ref())
         {
             let (dof, quality) = (f64::INFINITY, ridden.clone());
             return Uncertainty { variance: 0.0, dof, dispersion: None, quality };

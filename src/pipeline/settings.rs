@@ -33,12 +33,12 @@ pub struct Pipeline {
     /// Fit.
     #[serde(default)]
     pub fit: fit::Config,
-    /// The joint fit to rides in gear.
-    #[serde(default)]
-    pub in_gear: fit::in_gear::Config,
     /// The fit to changing lean.
     #[serde(default)]
     pub transients: fit::transients::Config,
+    /// The joint fit to rides in gear.
+    #[serde(default)]
+    pub in_gear: fit::in_gear::Config,
     /// Laps of a track.
     #[serde(default)]
     pub laps: laps::Config,

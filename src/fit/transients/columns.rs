@@ -20,13 +20,8 @@ const SPAN: f64 = 0.25;
 const FAST: f64 = 0.8;
 
 /// Channels that the fit cannot do without.
-pub(crate) const NEEDED: [Channel; 5] = [
-    Channel::VelocityX,
-    Channel::Roll,
-    Channel::RollRate,
-    Channel::YawRate,
-    Channel::SteerAngle,
-];
+pub(crate) const NEEDED: [Channel; 5] =
+    [Channel::VelocityX, Channel::Roll, Channel::RollRate, Channel::YawRate, Channel::SteerAngle];
 
 /// Filtered columns of all stretches, one after the other; zeros of the sensors are taken off.
 #[derive(Debug, Clone, Default)]
@@ -93,7 +88,11 @@ pub(crate) fn acceleration(session: &Session, zeros: &Zeros) -> Option<Vec<f64>>
 
 impl Columns {
     /// Of the stretches of a session; `None` without the channels that are needed.
-    pub(crate) fn new(session: &Session, stretches: &[Range<usize>], zeros: &Zeros) -> Option<Self> {
+    pub(crate) fn new(
+        session: &Session,
+        stretches: &[Range<usize>],
+        zeros: &Zeros,
+    ) -> Option<Self> {
         let get = |c: Channel| session.get(c);
         let pitch = get(Channel::Pitch).zip(get(Channel::PitchRate));
         let estimated = session.has(Channel::VelocityYSd);
@@ -209,8 +208,7 @@ impl Source<'_> {
         let half = self.kernels.half;
         let window = stretch.start - half..stretch.end + half;
         let step = ((self.rate / RATE).round() as usize).max(1);
-        let places: Vec<usize> =
-            stretch.clone().step_by(step).map(|i| i - window.start).collect();
+        let places: Vec<usize> = stretch.clone().step_by(step).map(|i| i - window.start).collect();
         let cut = |x: &[f64]| x[window.clone()].to_vec();
         let late = |x: &[f64]| -> Vec<f64> {
             if self.late == 0.0 {
@@ -278,8 +276,7 @@ impl Source<'_> {
             }
             out
         };
-        let turned =
-            of(&|i| lateral[i] - yaw[i] * speed[i] + chi[i] * acceleration[i]);
+        let turned = of(&|i| lateral[i] - yaw[i] * speed[i] + chi[i] * acceleration[i]);
         let integral: Vec<f64> =
             turned.iter().enumerate().map(|(i, v)| v - chi[i] * speed[i]).collect();
         put(&integral, 0, &mut out.integral);

@@ -21,9 +21,9 @@ use crate::statistics::clustered_fit::{Fitted, Quality};
 const WORST_STIFFNESS: f64 = 0.35;
 /// What tyre, frame and springs make the results wrong by beside what is fitted: standard deviations of the logarithms of
 /// stiffness, ratio and camber stiffness, of 40 simulated machines in slaloms (`examples/transients --population`).
-const LAW: [f64; 3] = [0.03, 0.05, 0.03];
+const LAW: [f64; 3] = [0.045, 0.065, 0.04];
 /// What is added to the first two where the lean never changes fast, and the time of fast changes that halves it, s.
-const SLOW: f64 = 0.10;
+const SLOW: f64 = 0.07;
 const ENOUGH: f64 = 10.0;
 
 /// Puts the tyres into a solution whose upstream changes are there; says whether there were any.
@@ -60,8 +60,7 @@ fn is_known(solution: &Solution, found: &Transients, axle: Axle) -> bool {
 /// Values and fits of one tyre.
 fn put(solution: &mut Solution, found: &Transients, axle: Axle) {
     let k = axle as usize;
-    let (stiffness, ratio) =
-        (number(found, axle, LN_STIFFNESS).exp(), number(found, axle, RATIO));
+    let (stiffness, ratio) = (number(found, axle, LN_STIFFNESS).exp(), number(found, axle, RATIO));
     let bike = &mut solution.inputs.bike;
     *bike = bike.with(&format!("{}.side_force_ratio", axle.name()), ratio);
     let values = &mut solution.found.values;
@@ -195,8 +194,10 @@ impl Solution {
     /// Whether the ride's changes of lean gave a coefficient.
     pub(crate) fn is_of_changing_lean(&self, id: crate::contract::coefficient::Id) -> bool {
         let of = |axle: Axle| self.ridden[axle as usize].as_ref();
-        let is_side =
-            matches!(id.coefficient, C::CorneringStiffness0 | C::CamberStiffness0 | C::SideForceRatio);
+        let is_side = matches!(
+            id.coefficient,
+            C::CorneringStiffness0 | C::CamberStiffness0 | C::SideForceRatio
+        );
         is_side && id.part.axle().and_then(of).is_some()
     }
 }

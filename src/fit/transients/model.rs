@@ -38,7 +38,11 @@ pub(crate) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    pub(crate) fn new(columns: &'a Columns, machine: &'a Machine, parameters: &'a Parameters) -> Self {
+    pub(crate) fn new(
+        columns: &'a Columns,
+        machine: &'a Machine,
+        parameters: &'a Parameters,
+    ) -> Self {
         let motion = machine.motion(columns, &machine.start);
         let of = |(k, quantity): (usize, &super::motion::Quantity)| {
             let sd = parameters.sd[QUANTITIES + k];

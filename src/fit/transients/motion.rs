@@ -224,7 +224,16 @@ pub(crate) struct Motion {
 impl Motion {
     fn all(&self) -> [&Vec<f64>; 16] {
         let Motion {
-            force, per_moment, load, camber, steer, aside, along, integral, drift, pushed
+            force,
+            per_moment,
+            load,
+            camber,
+            steer,
+            aside,
+            along,
+            integral,
+            drift,
+            pushed,
         } = self;
         [
             &force[0],
@@ -248,7 +257,16 @@ impl Motion {
 
     fn all_mut(&mut self) -> [&mut Vec<f64>; 16] {
         let Motion {
-            force, per_moment, load, camber, steer, aside, along, integral, drift, pushed
+            force,
+            per_moment,
+            load,
+            camber,
+            steer,
+            aside,
+            along,
+            integral,
+            drift,
+            pushed,
         } = self;
         let [f0, f1] = force;
         let [m0, m1] = per_moment;
@@ -343,9 +361,8 @@ impl Machine {
         let front = [turned[0], turned[1] - crown[0] * s, turned[2] - crown[0] * co];
         let rear = [-q[Q::Wheelbase], -crown[1] * s, crown[1] * (1.0 - co)];
         let back = -q[Q::Fork] * bike.caster_angle.tan() * compression;
-        let from_centre = |v: V, shift: f64| {
-            upright([v[0] + q[Q::CgToFront] + shift, v[1], v[2] - height])
-        };
+        let from_centre =
+            |v: V, shift: f64| upright([v[0] + q[Q::CgToFront] + shift, v[1], v[2] - height]);
         let place = [from_centre(front, back), from_centre(rear, q[Q::Swing] * compression)];
         let fork = upright(cross(axis, [front[0] - self.trail, front[1], front[2]]));
         let at = place.map(|r| cross(omega, r)[1] - s * sinking);
@@ -401,7 +418,8 @@ impl Machine {
         let trace_rate = c.yaw[0][i]
             - (1.0 + tan_phi * tan_phi) * rolling * sin_theta
             - tan_phi * cos_theta * c.pitch[1][i];
-        let pitch_moment = inertia[0] * (spin_rate[0] * camber_cos - spin[0] * points[2] * camber_rate)
+        let pitch_moment = inertia[0]
+            * (spin_rate[0] * camber_cos - spin[0] * points[2] * camber_rate)
             + inertia[1] * (spin_rate[1] * co + spin[1] * co_rate)
             + c.yaw[0][i] * roll_momentum;
 
@@ -413,7 +431,8 @@ impl Machine {
         let total = mass * c.acceleration[i] + self.drag * speed * speed;
         let lead = load_lead(self.rolling, 0.5 * (self.radius[0] + self.radius[1]));
         let arm = [q[Q::CgToFront] + lead, q[Q::CgToFront] - q[Q::Wheelbase] + lead];
-        let front_load = (-above_ground * total - pitch_moment - arm[1] * weight) / (arm[0] - arm[1]);
+        let front_load =
+            (-above_ground * total - pitch_moment - arm[1] * weight) / (arm[0] - arm[1]);
         let load = [front_load, weight - front_load];
 
         // side forces
@@ -422,10 +441,8 @@ impl Machine {
             + q[Q::UnitAhead] * yawing
             + q[Q::CgOverUnit] * (rolling_rate * co - s * rolling * rolling);
         let resisting = -self.rolling * load[0];
-        let twisting = [
-            (q[Q::FrontTwist], q[Q::FrontTwistGrowth]),
-            (q[Q::RearTwist], q[Q::RearTwistGrowth]),
-        ];
+        let twisting =
+            [(q[Q::FrontTwist], q[Q::FrontTwistGrowth]), (q[Q::RearTwist], q[Q::RearTwistGrowth])];
         let twist: f64 = (0..2)
             .map(|k| {
                 let (stiffness, growth) = twisting[k];
@@ -435,7 +452,8 @@ impl Machine {
         let (sin_d, cos_d) = steer.sin_cos();
         // gusts push the mass centre, but turn the motorcycle about it hardly at all: what the tyres do shows in the roll
         let arms = place.map(|r| -r[2]);
-        let rolling_moment = roll_momentum_rate - trace_rate * pitch_momentum
+        let rolling_moment = roll_momentum_rate
+            - trace_rate * pitch_momentum
             - place[0][1] * load[0]
             - place[1][1] * load[1]
             - arms[0] * resisting * sin_d;

@@ -115,14 +115,19 @@ pub(crate) struct Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
-    pub(crate) fn new(columns: &'a Columns, stretch: &Range<usize>, residuals: &'a [Residual]) -> Self {
+    pub(crate) fn new(
+        columns: &'a Columns,
+        stretch: &Range<usize>,
+        residuals: &'a [Residual],
+    ) -> Self {
         Noise {
             residuals,
             time: &columns.time[stretch.clone()],
             speed: &columns.speed[stretch.clone()],
             lean: columns.roll[0][stretch.clone()].iter().map(|phi| phi.tan()).collect(),
             bend: {
-                let pairs = columns.yaw[0][stretch.clone()].iter().zip(&columns.speed[stretch.clone()]);
+                let pairs =
+                    columns.yaw[0][stretch.clone()].iter().zip(&columns.speed[stretch.clone()]);
                 pairs.map(|(yaw, v)| yaw / v).collect()
             },
             pitch: PITCH[usize::from(!columns.measured.pitch)],
@@ -170,7 +175,8 @@ impl<'a> Noise<'a> {
                         }
                         + if i == j { REGULAR } else { 0.0 };
                     for b in 0..=a {
-                        if (*residual == Residual::Force) != (self.residuals[b] == Residual::Force) {
+                        if (*residual == Residual::Force) != (self.residuals[b] == Residual::Force)
+                        {
                             continue;
                         }
                         let is_force = *residual == Residual::Force;
@@ -196,7 +202,11 @@ impl<'a> Noise<'a> {
 
     /// How large each part is in whitened residuals, and how large it should be: what `r' K^-1 C K^-1 r` and the trace of
     /// `K^-1 C` are for the part's covariance `C`.
-    pub(crate) fn shares(&self, factor: &DMatrix<f64>, whitened: &DVector<f64>) -> [[f64; 2]; PARTS] {
+    pub(crate) fn shares(
+        &self,
+        factor: &DMatrix<f64>,
+        whitened: &DVector<f64>,
+    ) -> [[f64; 2]; PARTS] {
         let n = self.time.len();
         let mut inverse = DMatrix::identity(factor.nrows(), factor.nrows());
         factor.solve_lower_triangular_mut(&mut inverse);

@@ -52,7 +52,8 @@ impl Fitted {
     pub fn variance(&self, contrast: &[f64; OUTPUTS]) -> f64 {
         let c = DVector::from_row_slice(contrast);
         let own = (c.transpose() * &self.noise * &c)[0];
-        let shift = |s: &[f64; OUTPUTS]| -> f64 { s.iter().zip(contrast).map(|(a, b)| a * b).sum() };
+        let shift =
+            |s: &[f64; OUTPUTS]| -> f64 { s.iter().zip(contrast).map(|(a, b)| a * b).sum() };
         own + self.shifts.iter().map(|(_, s)| shift(s).powi(2)).sum::<f64>()
     }
 }

@@ -43,7 +43,8 @@ pub(crate) fn find(session: &Session, zeros: &Zeros, config: &Config) -> Option<
     let speed = session.get(Channel::VelocityX)?;
     let rolling = mean(session.get(Channel::RollRate)?, samples(SMOOTH));
     let driven = mean(&acceleration(session, zeros)?, samples(SLOW));
-    let pressures = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(|c| session.get(c));
+    let pressures =
+        [Channel::BrakePressureFront, Channel::BrakePressureRear].map(|c| session.get(c));
     let is_pressed = |i: usize| pressures.iter().flatten().any(|p| p[i] > PRESSED);
     let lean = |i: usize| (roll[i] - zeros.roll).abs();
     let unfit: Vec<bool> = (0..n)
