@@ -118,7 +118,7 @@ fn compared(ride: &Ride, found: &Transients) -> [[Found; 4]; 2] {
         let truth = ride.truth[k];
         let at = |j: usize| fitted.theta[k * OF_TYRE + j];
         let (stiffness, ratio, relaxation) = (at(0).exp(), at(1), at(5));
-        let law = law(fitted.fast);
+        let law = law(fitted);
         let sd = |of: [f64; 2]| {
             let mut contrast = [0.0; 4];
             contrast[2 * k..2 * k + 2].copy_from_slice(&of);
@@ -188,13 +188,14 @@ fn print(rides: &[Ride], fits: &[Option<Transients>], parameters: bool) {
         let line = |k: usize| found[k].iter().map(text).collect::<Vec<_>>().join(" ");
         let f = &fit.fitted;
         println!(
-            "{} front {} | rear {} | {} stretches {} samples fast {:.1} s scale {:.2?} light {:.3}",
+            "{} front {} | rear {} | {} stretches {} samples fast {:.1} s steep {} scale {:.2?} light {:.3}",
             ride.name,
             line(0),
             line(1),
             f.stretches,
             f.samples,
             f.fast,
+            f.steep,
             f.scale,
             f.outliers
         );

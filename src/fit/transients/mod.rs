@@ -60,6 +60,36 @@ pub fn run(
     crown: Option<f64>,
     config: &Config,
 ) -> Option<Transients> {
+    let usual = up_to(config.max_lean, session, inputs, zeros, crown, config);
+    if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR) || config.max_lean >= STEEP
+    {
+        return usual;
+    }
+    // corners alone: what steeper ones tell is better than nothing, with a larger error
+    let mut steep = up_to(STEEP, session, inputs, zeros, crown, config);
+    if let Some(fit) = &mut steep {
+        fit.fitted.steep = true;
+    }
+    let error =
+        |fit: &Option<Transients>| fit.as_ref().map_or(f64::INFINITY, |f| join::worst(&f.fitted));
+    if error(&steep) < error(&usual) { steep } else { usual }
+}
+
+/// Standard deviation of the logarithm of a stiffness from which steeper corners take part.
+const POOR: f64 = 0.18;
+/// Largest lean then, rad.
+const STEEP: f64 = 0.8;
+
+/// As [`run`], with lean up to `max_lean`, rad.
+fn up_to(
+    max_lean: f64,
+    session: &Session,
+    inputs: &Inputs,
+    zeros: &Zeros,
+    crown: Option<f64>,
+    config: &Config,
+) -> Option<Transients> {
+    let config = &Config { max_lean, ..config.clone() };
     let found = stretches::find(session, zeros, config)?;
     if found.len() < config.min_stretches {
         return None;

@@ -41,6 +41,8 @@ pub struct Fitted {
     pub samples: usize,
     /// Time in which the lean changes fast, s.
     pub fast: f64,
+    /// Whether steep corners took part, for want of other changes of lean.
+    pub steep: bool,
     /// Share of the residuals with less than full weight.
     pub outliers: f64,
     /// Scales of the noise.
@@ -214,6 +216,7 @@ fn result(
         stretches: n,
         samples: model.columns.len(),
         fast: model.columns.fast(),
+        steep: false,
         outliers: light as f64 / all.max(1) as f64,
         scale,
     })
