@@ -34,7 +34,7 @@ impl Default for Config {
             max_lean: 0.5,
             max_acceleration: 1.2,
             roll_rate: 0.06,
-            longest: 15.0,
+            longest: 8.0,
             min_stretches: 4,
             steering_compliance: 1.0e-5,
         }

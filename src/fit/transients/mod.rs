@@ -76,7 +76,7 @@ pub fn run(
 }
 
 /// Standard deviation of the logarithm of a stiffness from which steeper corners take part.
-const POOR: f64 = 0.18;
+const POOR: f64 = 0.25;
 /// Largest lean then, rad.
 const STEEP: f64 = 0.8;
 
@@ -90,7 +90,7 @@ fn up_to(
     config: &Config,
 ) -> Option<Transients> {
     let config = &Config { max_lean, ..config.clone() };
-    let found = stretches::find(session, zeros, config)?;
+    let found = stretches::thinned(stretches::find(session, zeros, config)?);
     if found.len() < config.min_stretches {
         return None;
     }

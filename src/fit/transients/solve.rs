@@ -11,13 +11,13 @@ use crate::statistics::interval::t95;
 /// Huber's threshold, in standard deviations.
 const HUBER: f64 = 2.0;
 /// Most steps.
-const STEPS: usize = 16;
+const STEPS: usize = 12;
 /// Steps after which the noise is scaled by what it shows.
-const RESCALED: std::ops::RangeInclusive<usize> = 1..=5;
+const RESCALED: std::ops::RangeInclusive<usize> = 1..=2;
 /// Most stretches that the noise is scaled by.
-const MOST: usize = 12;
+const MOST: usize = 6;
 /// A step of which the square, in standard deviations of the result, is below this comes to rest.
-const REST: f64 = 2e-3;
+const REST: f64 = 1e-2;
 /// Numbers that stretches are taken to have adapted to, in the sandwich.
 const ADAPTED: usize = 2;
 

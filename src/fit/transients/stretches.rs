@@ -84,6 +84,16 @@ pub(crate) fn find(session: &Session, zeros: &Zeros, config: &Config) -> Option<
     Some(out)
 }
 
+/// Most stretches of a fit: more tell little more and take their time.
+const MOST: usize = 40;
+
+/// At most [`MOST`] of them, evenly.
+pub(crate) fn thinned(all: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let n = all.len();
+    let is_kept = |k: usize| n <= MOST || k * MOST / n != (k + 1) * MOST / n;
+    all.into_iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, stretch)| stretch).collect()
+}
+
 /// Whether any sample within `reach` is set.
 fn within(set: &[bool], reach: usize) -> Vec<bool> {
     let mut out = vec![false; set.len()];
