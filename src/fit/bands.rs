@@ -11,6 +11,7 @@ use super::coefficients::{Estimate, estimate, quotient, together};
 use super::cornering::{C1, C3, CT, K_X};
 use super::friction::{self, PARAMETERS};
 use super::solution::{Solution, Upstream};
+use super::transients::join::NOISE;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::contract::error_source::MODEL;
@@ -149,7 +150,10 @@ impl<'a> Bands<'a> {
         if !self.is_determined((axle, coefficient).into()) {
             return Some(Band { value, interval: None, scatter: None });
         }
-        let scatter = ends(of(&[], all.dof));
+        // of a stiffness from changes of lean the ride's own noise comes as upstream changes
+        let noise: Vec<&Upstream> =
+            self.upstream.iter().copied().filter(|u| u.source.name.starts_with(NOISE)).collect();
+        let scatter = ends(of(&noise, all.dof));
         Some(Band { value, interval: ends(all), scatter })
     }
 

@@ -40,6 +40,9 @@ pub(crate) fn worst(fitted: &super::Fitted) -> f64 {
     of(0).max(of(1))
 }
 
+/// What the parts of a ride's own noise are called, before their number.
+pub(crate) const NOISE: &str = "changing_lean_";
+
 /// Puts the tyres into a solution whose upstream changes are there; says whether there were any.
 pub(crate) fn join(solution: &mut Solution, found: &Transients) -> bool {
     let axles: Vec<Axle> =
@@ -155,7 +158,7 @@ fn errors(solution: &mut Solution, found: &Transients, outputs: &[Output]) {
         for j in 0..OUTPUTS {
             let mut shift = [0.0; OUTPUTS];
             (0..OUTPUTS).for_each(|i| shift[i] = factor[(i, j)]);
-            let source = Source::of_ride(format!("changing_lean_{}", j + 1));
+            let source = Source::of_ride(format!("{NOISE}{}", j + 1));
             add(solution, outputs, &none, source, &shift);
         }
     }

@@ -45,6 +45,7 @@ use crate::estimate::zeros::Zeros;
 #[derive(Debug)]
 pub struct Transients {
     /// What was known before.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub parameters: Parameters,
     /// What came out.
     pub fitted: Fitted,

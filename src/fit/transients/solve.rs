@@ -46,6 +46,7 @@ pub struct Fitted {
     /// Share of the residuals with less than full weight.
     pub outliers: f64,
     /// Scales of the noise.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub scale: Scales,
 }
 

@@ -132,7 +132,8 @@ fn mean(x: &[f64], width: usize) -> Vec<f64> {
     let half = width / 2;
     let mut sums = Vec::with_capacity(x.len() + 1);
     let mut missing = Vec::with_capacity(x.len() + 1);
-    (sums.push(0.0), missing.push(0_usize)).0;
+    sums.push(0.0);
+    missing.push(0_usize);
     for (i, value) in x.iter().enumerate() {
         let is_missing = !value.is_finite();
         sums.push(sums[i] + if is_missing { 0.0 } else { *value });
