@@ -44,7 +44,9 @@ pub(super) fn run(
     }
     let bike = known.as_ref().unwrap_or(bike);
     let mut ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
+    // a diagnosis' model has its own side force ratios
     if pipeline.transients.enabled
+        && pipeline.models.is_none()
         && pipeline.estimate.formulation == Formulation::Corrected
         && let Some(found) = ridden.transients(&pipeline.transients)
     {
