@@ -16,11 +16,11 @@
 //! response. Without noise and in wide bends the two agree.
 //! Printed (35), (36): `Mx_tot = k_x m g tan(phi)`, split by the tyre widths.
 
-use super::transients::join::about;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient, Part};
 use crate::estimate::signals::Signals;
+use crate::statistics::cluster_covariance::ClusterCovariance;
 use crate::statistics::clustered_fit::{self, Fitted, Quality, Uncertainty};
 use crate::tyre::formulation::Formulation;
 
@@ -284,6 +284,25 @@ pub(crate) fn growth(rows: &Rows, upright: f64, quality: Quality) -> Fitted {
         clustered_fit::fit_scaled(&columns, &left, &rows.scales, &rows.clusters, ANGLE_FLOOR)
     });
     about(upright, second.flatten(), quality)
+}
+
+/// A fit whose first coefficient came from elsewhere.
+fn about(first: f64, second: Option<Fitted>, quality: Quality) -> Fitted {
+    let none = || (0.0, Vec::new(), None, None);
+    let (theta, weights, covariance, dispersion) = second.map_or_else(none, |fit| {
+        let spread = fit.dispersion.first().copied().flatten();
+        (fit.theta[0], fit.weights, fit.covariance, spread)
+    });
+    Fitted {
+        theta: vec![first, theta],
+        weights,
+        covariance: Some(ClusterCovariance::with_exact(
+            covariance.as_ref(),
+            quality.n_clusters,
+        )),
+        dispersion: vec![None, dispersion],
+        quality,
+    }
 }
 
 /// Samples of the overturning fit.

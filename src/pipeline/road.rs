@@ -50,7 +50,7 @@ pub(super) fn run(
         && pipeline.estimate.formulation == Formulation::Corrected
         && let Some(found) = ridden.transients(&pipeline.transients)
     {
-        transients::join::join(&mut ridden.solution, &found);
+        transients::join::join(&mut ridden.solution, &found.fitted);
     }
     let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);

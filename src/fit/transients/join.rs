@@ -5,9 +5,8 @@
 
 use nalgebra::DMatrix;
 
-use super::Transients;
 use super::parameters::{LN_STIFFNESS, OF_TYRE, RATIO};
-use super::solve::{OUT, OUTPUTS};
+use super::solve::{Fitted, OUT, OUTPUTS};
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::error_source::MODEL;
@@ -15,7 +14,7 @@ use crate::fit::assemble::{Assembled, Quotient};
 use crate::fit::cornering;
 use crate::fit::solution::{Solution, Upstream};
 use crate::fit::variation::Source;
-use crate::statistics::clustered_fit::{Fitted, Quality};
+use crate::statistics::clustered_fit::Quality;
 
 /// A stiffness that is known worse than this, as a standard deviation of its logarithm, is none.
 const WORST_STIFFNESS: f64 = 0.35;
@@ -30,7 +29,7 @@ const ENOUGH: f64 = 10.0;
 const STEEP: f64 = 0.14;
 
 /// The larger standard deviation of the logarithm of a stiffness, with the law's.
-pub(crate) fn worst(fitted: &super::Fitted) -> f64 {
+pub(crate) fn worst(fitted: &Fitted) -> f64 {
     let law: f64 = law(fitted).iter().map(|l| l[0] * l[0]).sum();
     let of = |k: usize| {
         let mut contrast = [0.0; OUTPUTS];
@@ -44,7 +43,7 @@ pub(crate) fn worst(fitted: &super::Fitted) -> f64 {
 pub(crate) const NOISE: &str = "changing_lean_";
 
 /// Puts the tyres into a solution whose upstream changes are there; says whether there were any.
-pub(crate) fn join(solution: &mut Solution, found: &Transients) -> bool {
+pub(crate) fn join(solution: &mut Solution, found: &Fitted) -> bool {
     let axles: Vec<Axle> =
         Axle::BOTH.into_iter().filter(|axle| is_known(solution, found, *axle)).collect();
     for axle in &axles {
@@ -56,26 +55,26 @@ pub(crate) fn join(solution: &mut Solution, found: &Transients) -> bool {
 }
 
 /// The fitted number `j` of a tyre.
-fn number(found: &Transients, axle: Axle, j: usize) -> f64 {
-    found.fitted.theta[axle as usize * OF_TYRE + j]
+fn number(found: &Fitted, axle: Axle, j: usize) -> f64 {
+    found.theta[axle as usize * OF_TYRE + j]
 }
 
 /// Standard deviation of the result `j` of a tyre.
-fn sd(found: &Transients, axle: Axle, j: usize) -> f64 {
+fn sd(found: &Fitted, axle: Axle, j: usize) -> f64 {
     let mut contrast = [0.0; OUTPUTS];
     contrast[OUT.len() * axle as usize + j] = 1.0;
-    found.fitted.variance(&contrast).sqrt()
+    found.variance(&contrast).sqrt()
 }
 
 /// Whether the ride tells a tyre's stiffness, and its ratio better than the bike file does.
-fn is_known(solution: &Solution, found: &Transients, axle: Axle) -> bool {
+fn is_known(solution: &Solution, found: &Fitted, axle: Axle) -> bool {
     let before = solution.inputs.bike.deviation(&format!("{}.side_force_ratio", axle.name()));
     let ratio = sd(found, axle, 1);
     sd(found, axle, 0) < WORST_STIFFNESS && (ratio < before || before == 0.0)
 }
 
 /// Values and fits of one tyre.
-fn put(solution: &mut Solution, found: &Transients, axle: Axle) {
+fn put(solution: &mut Solution, found: &Fitted, axle: Axle) {
     let k = axle as usize;
     let (stiffness, ratio) = (number(found, axle, LN_STIFFNESS).exp(), number(found, axle, RATIO));
     let bike = &mut solution.inputs.bike;
@@ -85,10 +84,10 @@ fn put(solution: &mut Solution, found: &Transients, axle: Axle) {
     values[(axle, C::CamberStiffness0)] = stiffness * ratio;
     values[(axle, C::SideForceRatio)] = ratio;
     let quality = Quality {
-        n_clusters: found.fitted.stretches,
-        n_samples: found.fitted.samples,
+        n_clusters: found.stretches,
+        n_samples: found.samples,
         scale: f64::NAN,
-        outlier_fraction: found.fitted.outliers,
+        outlier_fraction: found.outliers,
         r_squared: f64::NAN,
     };
     let upright = 1.0 / stiffness;
@@ -143,16 +142,16 @@ impl Output {
 }
 
 /// What the new numbers of some tyres depend on, in place of what the old ones did.
-fn errors(solution: &mut Solution, found: &Transients, outputs: &[Output]) {
+fn errors(solution: &mut Solution, found: &Fitted, outputs: &[Output]) {
     for upstream in &mut solution.upstream {
         outputs.iter().for_each(|output| output.clear(&mut upstream.change));
     }
     let mut none = solution.found.minus(&solution.found);
     outputs.iter().for_each(|output| output.clear(&mut none));
-    for (source, shift) in &found.fitted.shifts {
+    for (source, shift) in &found.shifts {
         add(solution, outputs, &none, source.clone(), shift);
     }
-    let noise = found.fitted.noise.clone();
+    let noise = found.noise.clone();
     if let Some(factor) = noise.cholesky() {
         let factor: DMatrix<f64> = factor.unpack();
         for j in 0..OUTPUTS {
@@ -162,7 +161,7 @@ fn errors(solution: &mut Solution, found: &Transients, outputs: &[Output]) {
             add(solution, outputs, &none, source, &shift);
         }
     }
-    let law = law(&found.fitted);
+    let law = law(found);
     for output in outputs {
         for [of_stiffness, of_ratio] in law {
             let mut change = none.clone();
@@ -174,7 +173,7 @@ fn errors(solution: &mut Solution, found: &Transients, outputs: &[Output]) {
 }
 
 /// Two independent errors of the logarithms of stiffness and ratio, such that that of their product is as [`LAW`] says.
-pub fn law(fitted: &super::Fitted) -> [[f64; 2]; 2] {
+pub fn law(fitted: &Fitted) -> [[f64; 2]; 2] {
     let slow = if fitted.steep { STEEP } else { SLOW / (1.0 + fitted.fast / ENOUGH) };
     let [stiffness, ratio] = [LAW[0], LAW[1]].map(|sd| sd.hypot(slow));
     let common = (LAW[2] * LAW[2] - stiffness * stiffness - ratio * ratio) / 2.0 / stiffness;
@@ -215,24 +214,5 @@ impl Solution {
             C::CorneringStiffness0 | C::CamberStiffness0 | C::SideForceRatio
         );
         is_side && id.part.axle().and_then(of).is_some()
-    }
-}
-
-/// A fit whose first coefficient came from elsewhere.
-pub(crate) fn about(first: f64, second: Option<Fitted>, quality: Quality) -> Fitted {
-    let none = || (0.0, Vec::new(), None, None);
-    let (theta, weights, covariance, dispersion) = second.map_or_else(none, |fit| {
-        let spread = fit.dispersion.first().copied().flatten();
-        (fit.theta[0], fit.weights, fit.covariance, spread)
-    });
-    Fitted {
-        theta: vec![first, theta],
-        weights,
-        covariance: Some(crate::statistics::cluster_covariance::ClusterCovariance::with_exact(
-            covariance.as_ref(),
-            quality.n_clusters,
-        )),
-        dispersion: vec![None, dispersion],
-        quality,
     }
 }

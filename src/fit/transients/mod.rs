@@ -36,7 +36,6 @@ use self::model::Model;
 use self::motion::Machine;
 use self::parameters::Parameters;
 pub use self::solve::Fitted;
-use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::estimate::signals::Inputs;
 use crate::estimate::zeros::Zeros;
@@ -101,9 +100,4 @@ fn up_to(
     let model = Model::new(&columns, &machine, &parameters);
     let fitted = solve::fit(&model, &parameters)?;
     Some(Transients { parameters, fitted })
-}
-
-/// Standing loads of a motorcycle, N.
-fn standing(bike: &Bike) -> [f64; 2] {
-    crate::contract::bike::Axle::BOTH.map(|axle| bike.static_load(axle))
 }

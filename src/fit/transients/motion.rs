@@ -15,7 +15,6 @@
 //! Source: `design` of the method and its comparison with a simulator of another author: book, Estimation, section 11.
 
 use super::columns::Columns;
-use super::standing;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::Inputs;
@@ -177,7 +176,7 @@ impl Machine {
         ] {
             start[quantity] = value;
         }
-        let standing = standing(&bike);
+        let standing = Axle::BOTH.map(|axle| bike.static_load(axle));
         let pneumatic_trail = Axle::BOTH.map(|axle| {
             let k = axle as usize;
             let stiffness = bike.wheel(axle).vertical_stiffness;
