@@ -296,10 +296,7 @@ fn about(first: f64, second: Option<Fitted>, quality: Quality) -> Fitted {
     Fitted {
         theta: vec![first, theta],
         weights,
-        covariance: Some(ClusterCovariance::with_exact(
-            covariance.as_ref(),
-            quality.n_clusters,
-        )),
+        covariance: Some(ClusterCovariance::with_exact(covariance.as_ref(), quality.n_clusters)),
         dispersion: vec![None, dispersion],
         quality,
     }

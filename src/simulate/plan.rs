@@ -251,7 +251,26 @@ fn paper(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
             ]);
         }
     }
-    plan.transients.part(0, 1, random, phases);
+    swings(plan, (0, 1), random, phases);
+}
+
+/// Up to the speed, straight on until it is steady, then the swing, and straight on for a moment; each of a part's.
+fn swings(
+    plan: &Plan,
+    (part, parts): (usize, usize),
+    random: &mut Random,
+    phases: &mut Vec<Phase>,
+) {
+    let mut rides = Vec::new();
+    plan.transients.part(part, parts, random, &mut rides);
+    for (swing, speed) in rides {
+        phases.extend([
+            Phase::Accelerate { to: speed, ramp: 2.0, peak: 3.0 },
+            Phase::Cruise { speed, duration: 3.0 },
+            Phase::Swing { swing, speed },
+            Phase::Cruise { speed, duration: 1.5 },
+        ]);
+    }
 }
 
 fn naturalistic(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
@@ -298,6 +317,6 @@ fn naturalistic(plan: &Plan, random: &mut Random, phases: &mut Vec<Phase>) {
                 },
             ]);
         }
-        plan.transients.part(round, rounds, random, phases);
+        swings(plan, (round, rounds), random, phases);
     }
 }

@@ -4,6 +4,7 @@
 
 use super::path::{Course, LaneChange, quintic};
 use super::plan::Phase;
+pub(crate) use super::swing::Lean;
 use super::swing::Swing;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
@@ -37,17 +38,6 @@ pub(crate) struct Perceived {
     pub slip_ratio: [f64; 2],
     /// Slip angles, rad.
     pub slip_angle: [f64; 2],
-}
-
-/// A lean over time: up, held, down; smooth to the second derivative.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Lean {
-    /// rad.
-    pub angle: f64,
-    /// rad/s.
-    pub rate: f64,
-    /// rad/s².
-    pub acceleration: f64,
 }
 
 /// What the rider asks of the motorcycle at an instant.

@@ -11,8 +11,18 @@
 use std::f64::consts::TAU;
 
 use super::path::quintic;
-use super::programme::Lean;
 use crate::segment::manoeuvre::Direction;
+
+/// A lean over time: up, held, down; smooth to the second derivative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Lean {
+    /// rad.
+    pub angle: f64,
+    /// rad/s.
+    pub rate: f64,
+    /// rad/s².
+    pub acceleration: f64,
+}
 
 /// Fewest periods of a slalom pass: one to build up, one to die away.
 const FEWEST: f64 = 2.0;

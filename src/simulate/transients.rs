@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::plan::Phase;
 use super::swing::{Form, Swing};
 use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
@@ -29,19 +28,19 @@ impl Transients {
         part: usize,
         parts: usize,
         random: &mut Random,
-        phases: &mut Vec<Phase>,
+        rides: &mut Vec<(Swing, f64)>,
     ) {
         let due =
             |count: usize| -> Range<usize> { part * count / parts..(part + 1) * count / parts };
         for i in due(self.slow_passes) {
             let frequency = random.between(0.2, 0.3);
             let lean = random.between(19.0, 21.0).to_radians();
-            pass(i, frequency, lean, random, phases);
+            pass(i, frequency, lean, random, rides);
         }
         for i in due(self.fast_passes) {
             let frequency = random.between(0.6, 0.8);
             let lean = random.between(8.0, 12.0).to_radians();
-            pass(i, frequency, lean, random, phases);
+            pass(i, frequency, lean, random, rides);
         }
         for i in due(self.lane_changes) {
             let swing = Swing {
@@ -50,7 +49,7 @@ impl Transients {
                 duration: random.between(2.0, 4.0),
                 form: Form::LaneChange,
             };
-            ride(swing, random.between(10.0, 24.0), phases);
+            ride(swing, random.between(10.0, 24.0), rides);
         }
     }
 }
@@ -60,20 +59,20 @@ fn side(number: usize) -> Direction {
     if number.is_multiple_of(2) { Direction::Left } else { Direction::Right }
 }
 
-fn pass(number: usize, frequency: f64, lean: f64, random: &mut Random, phases: &mut Vec<Phase>) {
+fn pass(
+    number: usize,
+    frequency: f64,
+    lean: f64,
+    random: &mut Random,
+    rides: &mut Vec<(Swing, f64)>,
+) {
     let form = Form::Slalom { frequency };
     let swing = Swing { first: side(number), lean, duration: random.between(15.0, 17.0), form };
-    ride(swing, random.between(16.0, 24.0), phases);
+    ride(swing, random.between(16.0, 24.0), rides);
 }
 
-/// Up to the speed, straight on until it is steady, then the swing, and straight on for a moment.
-fn ride(swing: Swing, speed: f64, phases: &mut Vec<Phase>) {
-    phases.extend([
-        Phase::Accelerate { to: speed, ramp: 2.0, peak: 3.0 },
-        Phase::Cruise { speed, duration: 3.0 },
-        Phase::Swing { swing, speed },
-        Phase::Cruise { speed, duration: 1.5 },
-    ]);
+fn ride(swing: Swing, speed: f64, rides: &mut Vec<(Swing, f64)>) {
+    rides.push((swing, speed));
 }
 
 #[cfg(test)]
