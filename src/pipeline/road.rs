@@ -54,13 +54,14 @@ pub(super) fn run(
     }
     let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);
-    let bike = &solution.inputs.bike.clone(); // with the side force ratio that was ridden
 
     let ident = Ident::from(&ride.meta);
     let provenance = provenance(input);
     let reason = |id| missing_channels(&ride, id);
+    // the bike file with the side force ratio that was ridden
+    let shod = &solution.inputs.bike;
     let mut coefficients =
-        coefficients::rows(&solution, bike, &pipeline.fit, &reason, &ident, &provenance);
+        coefficients::rows(&solution, shod, &pipeline.fit, &reason, &ident, &provenance);
     let mut radius = radii(bike, &solution);
     let zeros = &solution.inputs.zeros;
     let [mut roll_zero, mut latency] = [zeros.roll, data.zeros.latency];
@@ -85,7 +86,7 @@ pub(super) fn run(
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
     contradicted::object(&mut coefficients, &ride);
     name_machine(&mut coefficients, &ride, bike);
-    let evidence = evidence::rows(&solution, bike, &coefficients, &ride.meta);
+    let evidence = evidence::rows(&solution, shod, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
     let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);

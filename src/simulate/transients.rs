@@ -1,5 +1,5 @@
-//! Transient riding within a plan: slalom passes and lane changes, from which cornering stiffness and
-//! camber stiffness can be told apart.
+//! Transient riding within a plan: slalom passes and lane changes, which separate cornering stiffness
+//! from camber stiffness.
 
 use std::ops::Range;
 
@@ -49,7 +49,7 @@ impl Transients {
                 duration: random.between(2.0, 4.0),
                 form: Form::LaneChange,
             };
-            ride(swing, random.between(10.0, 24.0), rides);
+            rides.push((swing, random.between(10.0, 24.0)));
         }
     }
 }
@@ -68,11 +68,7 @@ fn pass(
 ) {
     let form = Form::Slalom { frequency };
     let swing = Swing { first: side(number), lean, duration: random.between(15.0, 17.0), form };
-    ride(swing, random.between(16.0, 24.0), rides);
-}
-
-fn ride(swing: Swing, speed: f64, rides: &mut Vec<(Swing, f64)>) {
-    rides.push((swing, speed));
+    rides.push((swing, random.between(16.0, 24.0)));
 }
 
 #[cfg(test)]
@@ -82,7 +78,7 @@ mod tests {
     use crate::simulate::effects::ModelError;
     use crate::simulate::manoeuvre::Manoeuvre;
     use crate::simulate::multibody_ride;
-    use crate::simulate::plan::{Plan, PlanKind};
+    use crate::simulate::plan::{Phase, Plan, PlanKind};
     use crate::simulate::population::Machine;
     use crate::simulate::population::bike::BikeFile;
     use crate::simulate::reduced;

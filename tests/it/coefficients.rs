@@ -43,9 +43,7 @@ fn what_inspect_calls_assumed_run_and_the_pages_call_assumed() {
             assert_eq!(status == Some("assumed"), taken, "{id}");
             // the second curvature is assumed where the ride has one side of the curve
             let assumed = row.status == Status::Assumed && id.coefficient != Coefficient::MfE2;
-            // changes of lean may tell the side force ratio
-            let told = id.coefficient == Coefficient::SideForceRatio && !assumed;
-            assert_eq!(assumed || told, taken, "{id}");
+            assert_eq!(assumed, taken, "{id}");
             let riding = labels::riding(&row.tyre, name).expect("known");
             assert_eq!(riding.contains("no riding manoeuvre"), taken, "{id}");
             assert_eq!(group["riding"].as_str(), Some(riding), "{id}");

@@ -80,6 +80,7 @@ mod suspicions;
 mod table_files;
 mod track_ride;
 mod track_sessions;
+mod transients;
 mod trust;
 mod tydex;
 mod verify;

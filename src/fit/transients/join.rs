@@ -26,7 +26,7 @@ const SLOW: f64 = 0.07;
 const ENOUGH: f64 = 10.0;
 /// What is added where corners of more than the usual lean took part: springs and frames of their own made simulated machines 15 to
 /// 35 % too stiff.
-const STEEP: f64 = 0.14;
+const STEEP_ERROR: f64 = 0.14;
 
 /// The larger standard deviation of the logarithm of a stiffness, with the law's.
 pub(crate) fn worst(fitted: &Fitted) -> f64 {
@@ -42,8 +42,8 @@ pub(crate) fn worst(fitted: &Fitted) -> f64 {
 /// What the parts of a ride's own noise are called, before their number.
 pub(crate) const NOISE: &str = "changing_lean_";
 
-/// Puts the tyres into a solution whose upstream changes are there; says whether there were any.
-pub(crate) fn join(solution: &mut Solution, found: &Fitted) -> bool {
+/// Puts the tyres that the ride tells into a solution whose upstream changes are there.
+pub(crate) fn join(solution: &mut Solution, found: &Fitted) {
     let axles: Vec<Axle> =
         Axle::BOTH.into_iter().filter(|axle| is_known(solution, found, *axle)).collect();
     for axle in &axles {
@@ -51,7 +51,6 @@ pub(crate) fn join(solution: &mut Solution, found: &Fitted) -> bool {
     }
     let outputs: Vec<Output> = axles.iter().map(|axle| Output::of(solution, *axle)).collect();
     errors(solution, found, &outputs);
-    !axles.is_empty()
 }
 
 /// The fitted number `j` of a tyre.
@@ -66,11 +65,11 @@ fn sd(found: &Fitted, axle: Axle, j: usize) -> f64 {
     found.variance(&contrast).sqrt()
 }
 
-/// Whether the ride tells a tyre's stiffness, and its ratio better than the bike file does.
+/// Whether the ride gives a tyre's stiffness, and its ratio better than the bike file does: one without uncertainty is exact.
 fn is_known(solution: &Solution, found: &Fitted, axle: Axle) -> bool {
     let before = solution.inputs.bike.deviation(&format!("{}.side_force_ratio", axle.name()));
     let ratio = sd(found, axle, 1);
-    sd(found, axle, 0) < WORST_STIFFNESS && (ratio < before || before == 0.0)
+    sd(found, axle, 0) < WORST_STIFFNESS && ratio < before
 }
 
 /// Values and fits of one tyre.
@@ -174,7 +173,7 @@ fn errors(solution: &mut Solution, found: &Fitted, outputs: &[Output]) {
 
 /// Two independent errors of the logarithms of stiffness and ratio, such that that of their product is as [`LAW`] says.
 pub fn law(fitted: &Fitted) -> [[f64; 2]; 2] {
-    let slow = if fitted.steep { STEEP } else { SLOW / (1.0 + fitted.fast / ENOUGH) };
+    let slow = if fitted.steep { STEEP_ERROR } else { SLOW / (1.0 + fitted.fast / ENOUGH) };
     let [stiffness, ratio] = [LAW[0], LAW[1]].map(|sd| sd.hypot(slow));
     let common = (LAW[2] * LAW[2] - stiffness * stiffness - ratio * ratio) / 2.0 / stiffness;
     // no smaller than what makes the two errors each other's opposite

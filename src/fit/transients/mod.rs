@@ -1,4 +1,4 @@
-//! Cornering stiffness, camber stiffness and relaxation length of each tyre from how a motorcycle changes its lean, with
+//! Cornering stiffness and camber stiffness of each tyre from how a motorcycle changes its lean, with
 //! nothing believed of their ratio (`book/src/estimation.md`, section 11).
 //!
 //! In steady corners slip angle and camber lie on one curve, so (39) needs the side force ratio `C` from elsewhere. While
@@ -6,7 +6,7 @@
 //! from camber: that separates the two. Steady parts of the same stretches belong to the same fit.
 //!
 //! ```text
-//! x      = -(Fz/Fz0)^0.3 [ D asin(mu/D)/k_alpha (1 + b gamma²) + C gamma (1 + a gamma² + e gamma^4) ]     slip that the force needs
+//! x      = -(Fz/Fz0)^0.3 D asin(mu/D)/k_alpha (1 + b gamma²) - C gamma (1 + a gamma² + e gamma^4)     slip that the force needs
 //! alpha  = x + (sigma/u) x' + alpha_0                                                        slip of the wheel, (1)
 //! v_i    = u_i tan(alpha_i + Delta_i) - w_i                        lateral velocity of the mass centre by axle i
 //! R1 = v_f - v_r        R2 = v_y - v_r        R3 = integral(a_y - psi' v_x) - v_r        R4 = a_y - sum(Fy)/m
@@ -61,12 +61,13 @@ pub fn run(
     config: &Config,
 ) -> Option<Transients> {
     let usual = up_to(config.max_lean, session, inputs, zeros, crown, config);
-    if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR) || config.max_lean >= STEEP
+    if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR)
+        || config.max_lean >= STEEPEST_LEAN
     {
         return usual;
     }
     // corners alone: what steeper ones tell is better than nothing, with a larger error
-    let mut steep = up_to(STEEP, session, inputs, zeros, crown, config);
+    let mut steep = up_to(STEEPEST_LEAN, session, inputs, zeros, crown, config);
     if let Some(fit) = &mut steep {
         fit.fitted.steep = true;
     }
@@ -78,7 +79,7 @@ pub fn run(
 /// Standard deviation of the logarithm of a stiffness from which steeper corners take part.
 const POOR: f64 = 0.25;
 /// Largest lean then, rad.
-const STEEP: f64 = 0.8;
+const STEEPEST_LEAN: f64 = 0.8;
 
 /// As [`run`], with lean up to `max_lean`, rad.
 fn up_to(

@@ -1,4 +1,4 @@
-//! What each axle makes of the lateral velocity, and what is left of the measurements.
+//! Lateral velocity by each axle, and the residuals of the measurements.
 
 use crate::GRAVITY;
 

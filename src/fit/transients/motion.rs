@@ -36,7 +36,7 @@ macro_rules! quantities {
 }
 
 quantities! {
-    /// What is left of the roll's zero, rad.
+    /// Remaining zero of the roll, rad.
     RollZero,
     /// Pitch of the unit over what it says, rad: how it is mounted.
     UnitPitch,
@@ -88,7 +88,7 @@ quantities! {
     Fork,
     /// How far the rear contact goes forward per compression.
     Swing,
-    /// What is left of the velocities' latency, s.
+    /// Remaining latency of the velocities, s.
     Latency,
     /// Delay of the lateral acceleration against the rates, s.
     LateralDelay,

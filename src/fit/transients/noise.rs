@@ -6,7 +6,7 @@
 //! | velocity | velocity's | 0.05 m/s over 1 s |
 //! | integral | integral's | walk of 3 mm/s per root of a second, 2.5 mm/s white, pitch of 1.5 mrad over 6 s times `tan(phi)` |
 //! | force | force's | 4 mg over 1.5 s and 0.5 mg white, free start |
-//! | model | all others, each axle its own | 0.15 mrad over 0.7 s and 0.3 mrad over 10 s |
+//! | model | all others, each axle its own | 0.15 mrad over 0.7 s, 0.3 mrad over 10 s, 3 mm in the bend over 10 s |
 //!
 //! White is white before the channels' kernel. The integral's start and drift are free besides. The parts are scaled by what the
 //! residuals show ([`Scales`]): gusts, a rider who moves and a frame that twists make the model's part several times larger than
@@ -34,10 +34,11 @@ const PITCH: [f64; 3] = [1.5e-3, 6e-3, 6.0];
 const MODEL: [[f64; 2]; 2] = [[0.15e-3, 0.7], [0.3e-3, 10.0]];
 /// How far a contact lies from where it is taken to be, m, and for how long, s: springs, fork and carcass give way.
 const PLACE: [f64; 2] = [3e-3, 10.0];
-/// Gusts over the weight, and their correlation time, s; white noise of an acceleration, over that of gravity, and its free
-/// zero.
+/// Gusts over the weight, and their correlation time, s.
 const GUST: [f64; 2] = [4e-3, 1.5];
+/// White noise of the lateral acceleration over that of gravity.
 const PUSH: f64 = 0.5e-3;
+/// Its free zero in a stretch, over that of gravity.
 const PUSH_ZERO: f64 = 5e-3;
 /// What a rider who moves makes of the side force, over the weight.
 const SWAY: f64 = 1e-3;

@@ -157,7 +157,7 @@ fn weight(residual: f64) -> f64 {
     if residual.abs() <= HUBER { 1.0 } else { HUBER / residual.abs() }
 }
 
-/// Scales of the noise by what is left, over some of the stretches.
+/// Scales of the noise by the residuals of some of the stretches.
 fn rescaled(model: &Model<'_>, at: &Whitened, factors: &[DMatrix<f64>], scale: Scales) -> Scales {
     let every = factors.len().div_ceil(MOST);
     let mut sums = [[0.0; 2]; PARTS];
