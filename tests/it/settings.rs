@@ -22,8 +22,7 @@ use crate::superbike;
 const LABELS: [&str; 1] = ["name"];
 /// What none of the rides here shows: they would take a rider off the line, a sensor stuck for just that long, whoops of just
 /// that many bumps, unlike clocks, both brakes for a part of a stop.
-const UNSEEN: [&str; 9] = [
-    "transients.", // off, until turned on
+const UNSEEN: [&str; 8] = [
     "segment.braking.least_share",
     "segment.braking.rear_share",
     "laps.half_width",

@@ -29,7 +29,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Config {
-            enabled: false,
+            enabled: true,
             min_speed: 5.0,
             max_lean: 0.5,
             max_acceleration: 1.2,
