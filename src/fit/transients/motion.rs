@@ -118,7 +118,7 @@ impl std::ops::IndexMut<Quantity> for Quantities {
 /// uncertainty. With both wheels at the ends: 0.30 of an independent plant, 0.24 of frames with rider alone.
 pub(crate) const YAW_GYRATION: [f64; 2] = [0.27, 0.13];
 /// Product of inertia over mass, m²: riders sit high behind, engine and front wheel are low in front.
-pub(crate) const PRODUCT: [f64; 2] = [-0.005, 0.0035];
+pub(crate) const PRODUCT: [f64; 2] = [-0.005, 0.007];
 /// Roll inertia over mass, m², and its share of uncertainty: 0.08 to 0.11 of simulated and published motorcycles with rider.
 pub(crate) const ROLL_GYRATION: [f64; 2] = [0.095, 0.2];
 /// Crown radius over tyre width, front and rear, where the ride gave none.
