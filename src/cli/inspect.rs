@@ -329,6 +329,7 @@ fn estimate(session: &Session, group: &[Coefficient], requirement: &Requirement)
     let status = match source {
         Source::BikeFile(_) => "assumed",
         _ if missing.is_empty() => "possible",
+        Source::ChangingLean(_) => "assumed",
         _ => "not_available",
     };
     let mut riding = requirement.riding.manoeuvres.to_owned();

@@ -76,6 +76,8 @@ pub enum Source {
     OffRoad,
     /// From the joint fit to a ride in gear, only where the ordinary manoeuvres are missing.
     InGear,
+    /// Fitted to how the lean changes, else taken from the bike file: how, as for [`Source::BikeFile`].
+    ChangingLean(&'static str),
     /// Not estimated but taken from the bike file or a rule; how, as the column `reason` has it where
     /// nothing is known better.
     BikeFile(&'static str),
@@ -212,11 +214,11 @@ coefficients! {
     LateralFrictionCt: "lateral_friction_ct", "ct", "1",
         "lateral friction over tan(camber)", OnRoad, LATERAL_FORCE, [-1.5, 0.0];
     CorneringStiffness0: "cornering_stiffness_0", "k_alpha0", "1/rad",
-        "cornering stiffness per load, upright", OnRoad, SLIP_ANGLE, [0.0, 100.0];
+        "cornering stiffness per load, upright", OnRoad, SIDE_STIFFNESS, [0.0, 100.0];
     CamberStiffness0: "camber_stiffness_0", "k_gamma0", "1/rad",
-        "camber stiffness per load, upright", OnRoad, SLIP_ANGLE, [0.0, 10.0];
+        "camber stiffness per load, upright", OnRoad, SIDE_STIFFNESS, [0.0, 10.0];
     SideForceRatio: "side_force_ratio", "C", "1",
-        "camber to cornering stiffness ratio", TAKEN, ASSUMED, [0.0, 1.0];
+        "camber to cornering stiffness ratio", ChangingLean(GIVEN), LEAN_CHANGES, [0.0, 1.0];
     TwistingStiffness: "twisting_stiffness", "k_t", "m/rad",
         "twisting stiffness per load", TAKEN, ASSUMED, [-0.2, 0.2];
     OverturningStiffness: "overturning_stiffness", "k_x", "m",
@@ -234,7 +236,7 @@ coefficients! {
     BrakeGain: "brake_gain", "k_b", "N m/Pa", "brake torque over pressure", InGear, BRAKED_IN_GEAR, [0.0, 0.01];
 }
 
-use Source::{BikeFile, InGear, OffRoad, OnRoad};
+use Source::{BikeFile, ChangingLean, InGear, OffRoad, OnRoad};
 const TAKEN: Source = BikeFile(GIVEN);
 
 /// The reason of what the bike file gives.
@@ -273,6 +275,14 @@ const BENDS: Riding = Riding {
 const OFFROAD: Riding = Riding {
     manoeuvres: "off-road: firm braking and drive on the ground, in several corners",
     remedy: "brake and drive firmly on the ground",
+};
+const SIDE_FORCES: Riding = Riding {
+    manoeuvres: "slaloms and lane changes; steady bends at different lean, best to both sides",
+    remedy: "ride a slalom, two passes slow and two fast",
+};
+const SLALOMS: Riding = Riding {
+    manoeuvres: "slaloms, lane changes, or corners with their roll-in and roll-out; else it is taken from the bike file",
+    remedy: "ride a slalom, two passes slow and two fast",
 };
 const BENCH: Riding = Riding {
     manoeuvres: "no riding manoeuvre: a tyre bench; until then it is taken from the bike file",
@@ -329,6 +339,8 @@ const CURVATURE: &[Requirement] = &[
 ];
 const SLIP_ANGLE: &[Requirement] =
     &[needs(Part::Front, SLIPPING, BENDS), needs(Part::Rear, SLIPPING, BENDS)];
+const SIDE_STIFFNESS: &[Requirement] =
+    &[needs(Part::Front, SLIPPING, SIDE_FORCES), needs(Part::Rear, SLIPPING, SIDE_FORCES)];
 const LATERAL_FORCE: &[Requirement] =
     &[needs(Part::Front, LEANING, BENDS), needs(Part::Rear, LEANING, BENDS)];
 const OVERTURNING: &[Requirement] = &[
@@ -340,6 +352,8 @@ const OVERTURNING: &[Requirement] = &[
         Riding { remedy: "ride steady corners with more than 15 degrees of lean", ..BENDS },
     ),
 ];
+const LEAN_CHANGES: &[Requirement] =
+    &[needs(Part::Front, STEERED, SLALOMS), needs(Part::Rear, STEERED, SLALOMS)];
 const ASSUMED: &[Requirement] = &[needs(Part::Front, &[], BENCH), needs(Part::Rear, &[], BENCH)];
 const BRAKED_OFFROAD: &[Requirement] =
     &[needs(Part::Front, PLANAR, OFFROAD), needs(Part::Rear, PLANAR, OFFROAD)];
@@ -384,7 +398,7 @@ impl Coefficient {
 
     /// Whether every on-road session has a row of it, estimated or assumed.
     pub fn is_onroad(self) -> bool {
-        matches!(self.spec().source, OnRoad | BikeFile(_))
+        matches!(self.spec().source, OnRoad | ChangingLean(_) | BikeFile(_))
     }
 }
 

@@ -73,7 +73,7 @@ impl Case<'_> {
 
     fn assumed(&self) -> Option<Objection> {
         let reason = match self.id.coefficient.spec().source {
-            Source::BikeFile(reason) => self.taken(reason),
+            Source::BikeFile(reason) | Source::ChangingLean(reason) => self.taken(reason),
             _ if self.id.coefficient == C::MfE2 && self.value() == 0.0 => {
                 let words = "the wheel was not both braked and driven: e1 is the curvature of the ridden side";
                 Reason::new(ReasonCode::OneSided, words)
