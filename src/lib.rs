@@ -1,5 +1,5 @@
 //! roadbench makes the road the tyre test bench: it reads recorded riding logs and gives back
-//! each tyre's model coefficients with honest uncertainty.
+//! each tyre's model coefficients with confidence intervals.
 //!
 //! ```text
 //!            pipelines/*.toml

@@ -50,10 +50,10 @@ pub(crate) struct New {
     /// Weight of motorcycle and rider in gear, kg.
     #[arg(long, value_name = "KG")]
     weight: Option<f64>,
-    /// Loads of front and rear wheel on scales, rider seated, kg: gives mass and place of the mass centre.
+    /// Loads of front and rear wheel on scales, rider seated, kg: gives mass and place of the centre of mass.
     #[arg(long, value_name = "FRONT,REAR", value_parser = list::<2>)]
     scales: Option<[f64; 2]>,
-    /// How far the rear axle was lifted, m, and the front wheel's load then, kg: gives the mass centre's height.
+    /// How far the rear axle was lifted, m, and the front wheel's load then, kg: gives the height of the centre of mass.
     #[arg(long, value_name = "LIFT,FRONT", value_parser = list::<2>)]
     lifted: Option<[f64; 2]>,
     /// Front wheel swung about a bar inside its rim: mass kg, bar to axle m, period s; gives its spin inertia.

@@ -20,7 +20,7 @@ use crate::store::tables::file;
 use crate::store::tables::output::Outputs;
 use crate::store::tables::rows::{CauseRow, Coefficient, Status};
 
-/// Simulate rides on which something is wrong, find the tyres and the fault, open the report
+/// Simulate two rides with a hidden fault, estimate the tyres, find the fault, open the report
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Folder for the rides and the results.
@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         Instant::now()
     };
     let colours = colour::on_stdout();
-    say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
+    say!("{}\n", colour::bold("Two simulated rides with a fault hidden in the sensors", colours));
     let rides = simulate::write_bike(&scenario, 0, &(&archive).into(), &|| ())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
@@ -130,7 +130,9 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
             figure(row.value)
         );
     }
-    say!("{held} of the {all} intervals of this ride hold the truth; 95 % of many would.");
+    say!(
+        "{held} of the {all} intervals of this ride contain the true value; of many rides, 95 % would."
+    );
     Ok(())
 }
 
@@ -140,11 +142,11 @@ fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
     let named: Vec<&CauseRow> =
         rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
-    say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));
+    say!("\n{}", colour::bold("Hidden in these rides, unknown to `diagnose`", colours));
     for (effect, value) in &hidden {
         say!("{:24} {value:8.4} {:4} {}", effect.name, effect.unit, effect.sentence_of(*value));
     }
-    say!("\n{}", colour::bold("Named by `diagnose`", colours));
+    say!("\n{}", colour::bold("Identified by `diagnose`", colours));
     for row in &named {
         let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high) else {
             continue;

@@ -18,19 +18,19 @@ use crate::cli::progress::Progress;
 use crate::diagnose::{Settings, summary};
 use crate::store::tables::rows::CauseRow;
 
-/// Find what the model of a ride gets wrong, and why
+/// Find out why the model and a ride disagree
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     batch: Options,
-    /// Simulated nulls of each ride, from which the thresholds come.
+    /// Fault-free simulations of each ride; the thresholds come from them.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
-    /// Simulate more riding for every cause that a ride says nothing of, and say which would show it and
-    /// how well; half as long again. For causes that it cannot tell apart that is always done.
+    /// Simulate additional riding for every cause that a ride cannot reveal, and say which would show it and
+    /// how well; takes half as long again. For causes that a ride cannot distinguish this is always done.
     #[arg(long)]
     advise: bool,
-    /// Print the rows of `causes` as JSON, one object a line, instead of words.
+    /// Print the rows of table `causes` as JSON, one object a line.
     #[arg(long)]
     json: bool,
 }

@@ -7,7 +7,7 @@ use crate::cli::say::say;
 use crate::statistics::number_format::count;
 use crate::store::objects::Location;
 
-/// Take sessions out of an output: their rows go from every table, their pages from the report
+/// Remove sessions from an output: their rows from every table, their pages from the report
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             false => say!("{}  {}  {}", one.session_id, one.bike_id, one.log),
         }
     }
-    let said = if dry_run { "would be taken out of" } else { "taken out of" };
+    let said = if dry_run { "would be removed from" } else { "removed from" };
     let rejected = gone.iter().filter(|one| one.session_id.is_empty()).count();
     let sessions = count(gone.len() - rejected, "session");
     let rejected = count(rejected, "rejected input");

@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
 /// What is said where bike files are given and the log does not say of which bike it is.
 fn without_bike(folder: &Path) -> Noticed {
     let message = format!(
-        "the log names no bike, so nothing was held against the bike files in {}: name it with \
+        "the log names no bike, so nothing was checked against the bike files in {}: name it with \
          `convert LOG --bike ID --out FILE`, with `bike_id` in the [meta] of its channel map, or put the log into a \
          folder `bike_id=ID`",
         folder.display()

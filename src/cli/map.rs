@@ -29,16 +29,16 @@ use crate::store::objects::files::read_text;
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
 
-/// Find which channel of a log is which column by its motion, or check a channel map against it
+/// Draft or check a channel map from the motion in the log
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
-    /// A channel map to hold against the motion, instead of drafting one.
+    /// A channel map to check against the motion, instead of drafting one.
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
-    /// Write that map with the wrong entries mended.
+    /// Write that map with its wrong entries corrected.
     #[arg(long, requires = "map")]
     mend: bool,
     /// File for the map; without it the map goes to stdout. On a terminal every guess is asked about first.

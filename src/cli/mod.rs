@@ -51,7 +51,7 @@ pub(crate) mod tyre_measured;
 pub(crate) mod verify;
 mod version;
 
-/// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
+/// Motorcycle tyre coefficients, with confidence intervals, from riding logs.
 #[derive(Debug, Parser)]
 #[command(name = "roadbench", version, long_version = version::long(), about, max_term_width = 100)]
 #[command(after_help = examples::ROADBENCH)]

@@ -12,7 +12,7 @@ use crate::diagnose::road::ride_plan::{self, EffectLimit, RidePlan};
 use crate::pipeline::Pipeline;
 use crate::simulate::scenario::BUILTIN;
 
-/// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden
+/// Predict which faults a planned ride could reveal
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
@@ -54,20 +54,20 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         }
         return Ok(());
     }
-    say!("{scenario}: what a ride of {duration:.0} s would tell, at best\n");
+    say!("{scenario}: smallest effects that a ride of {duration:.0} s can reveal, at best\n");
     say!(
-        "{:24} {:>10} {:8} {:>6}  {}",
+        "{:24} {:>10} {:8} {:>7}  {}",
         "effect",
         "limit",
         "",
-        "usual",
-        "what would show it, beyond 4 usual sizes"
+        "typical",
+        "what would show it, where the limit is above 4 typical sizes"
     );
     for row in &effects {
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
         say!(
-            "{:24} {:>10} {:8} {usual:>6}  {}",
+            "{:24} {:>10} {:8} {usual:>7}  {}",
             row.effect,
             figure(row.limit),
             row.unit,

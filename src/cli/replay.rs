@@ -28,7 +28,7 @@ use crate::store::tables::file;
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
 
-/// Ride the brakings of a log again: measured pressures in, deceleration and slip out
+/// Simulate the braking manoeuvres of a log again from its measured brake pressures
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// A log.
@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     say!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
     let mut rows = Vec::new();
     let mut drawn: Option<Replay> = None;
-    let steps = Steps::begin(bar, brakings.len(), "brakings of the log");
+    let steps = Steps::begin(bar, brakings.len(), "braking manoeuvres of the log");
     let braked = replay::brakings(&model, &steering, &session, &brakings);
     drop(steps);
     for braking in braked {

@@ -67,8 +67,8 @@ pub(crate) struct Pages {
 /// The report for other places than a browser.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct Copies {
-    /// Folder for every plot as a file, of the kind that --figure-format says. Figures of before whose session
-    /// or coefficient is gone are removed; other files in it stay.
+    /// Folder for every plot as a file, in the format of --figure-format. Earlier figures whose session or
+    /// coefficient is gone are removed; other files in it stay.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
     /// What files the figures become. PNG has three pixels to the SVG's one (1860 x 1260 for

@@ -36,8 +36,8 @@ use crate::store::tables::rows;
 pub(crate) struct Arguments {
     #[command(flatten)]
     batch: Options,
-    /// Take out of the recordings what `diagnose` found: PATH is its output, here or in an object store, and
-    /// each session is freed of its own causes and of those that it shares with others. PATH may be one
+    /// Remove from the recordings what `diagnose` identified: PATH is its output, here or in an object store.
+    /// Each session is corrected for its own causes and for those that it shares with others. PATH may be one
     /// session's model file, too: causes that usually are the motorcycle's then go to all of its sessions,
     /// the others to that session only.
     #[arg(long, value_name = "PATH")]

@@ -21,7 +21,7 @@ use crate::store::tables::rows::BenchRow;
 use crate::tyre::magic_formula::slip_ratio;
 use crate::tyre::tydex;
 
-/// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
+/// Evaluate a tyre on a virtual test bench, optionally against another
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// A published set, or a .tir or .toml file.

@@ -7,7 +7,7 @@ use crate::cli::say::say;
 use crate::statistics::number_format::count;
 use crate::store::objects::Location;
 
-/// Hold an output against its checksums, its rows against one another and its sessions against their logs
+/// Check an output for damaged or missing data
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let others = done.findings.len() - damaged;
     let logs = if no_logs { String::new() } else { format!(", {}", count(done.logs, "log")) };
     say!(
-        "{} of {}{logs}: {damaged} damaged, {others} to know of{}",
+        "{} of {}{logs}: {damaged} damaged, {others} notes{}",
         count(done.files, "file"),
         count(done.sessions, "session"),
         match done.unlisted {

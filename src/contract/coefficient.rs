@@ -269,7 +269,7 @@ const FRONT_BRAKING: &str = "straight braking with the front brake alone, from g
 const REAR_FORCES: &str =
     "straight braking with the rear brake alone, and hard acceleration in first gear";
 const BENDS: Riding = Riding {
-    manoeuvres: "steady bends at different lean, best to both sides",
+    manoeuvres: "steady corners at different lean, best to both sides",
     remedy: "ride steady corners of varied lean, without brake and throttle",
 };
 const OFFROAD: Riding = Riding {

@@ -56,7 +56,7 @@ impl EventKind {
             EventKind::TyreSwap => "one axle has another level from here on: another tyre",
             EventKind::BikeFile => {
                 "both axles or the drag moved together and no rolling radius, which the bike file cannot \
-                 change: a wrong mass, wheelbase or mass centre"
+                 change: a wrong mass, wheelbase or centre of mass"
             }
             EventKind::Drift => "a steady change over time explains it better than any step",
             EventKind::Outlier => "unlike the bike's other sessions",

@@ -31,7 +31,7 @@ macro_rules! codes {
 
 codes! {
     MissingChannel: "missing_channel", "The log lacks a channel that it takes.";
-    UnknownCoasting: "unknown_coasting", "Nothing in the log tells coasting from drive and engine braking.";
+    UnknownCoasting: "unknown_coasting", "Nothing in the log distinguishes coasting from drive and engine braking.";
     Impossible: "impossible", "No motorcycle, bicycle or car has such a value: a unit, a sign or a channel is wrong.";
     NoManoeuvre: "no_manoeuvre", "No manoeuvre of the ride can be used for it.";
     FewManoeuvres: "few_manoeuvres", "Too few manoeuvres for an interval.";
@@ -61,7 +61,7 @@ codes! {
     MissingSamples: "missing_samples", "Too many of its samples are missing.";
     Slow: "slow", "Standing, or too slow.";
     NoVelocity: "no_velocity", "There is no forward velocity.";
-    Transition: "transition", "On the way into or out of a bend.";
+    Transition: "transition", "On the way into or out of a corner.";
     NoKind: "no_kind", "It is none of the manoeuvres that are used.";
 }
 

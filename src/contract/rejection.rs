@@ -116,7 +116,7 @@ texts! {
         UnitAcceleration: "unit_acceleration", "An acceleration is in g.";
         GravityInAcceleration: "gravity_in_acceleration", "An acceleration has gravity in it.";
         ScaleAcceleration: "scale_acceleration", "The longitudinal acceleration does not go with the speed.";
-        ScaleLateral: "scale_lateral", "A channel of the bends does not go with the others.";
+        ScaleLateral: "scale_lateral", "A channel disagrees with the others in corners.";
         ScaleRate: "scale_rate", "An angular rate does not go with its angle.";
         ScaleSteer: "scale_steer", "Steering does not go with the path.";
         UnitPressure: "unit_pressure", "A brake pressure is in another unit than Pa.";

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-/// Share of the null simulations whose largest score lies below the threshold.
+/// Share of the fault-free simulations whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;
 
 /// A kind of manoeuvre and the place of a channel of residuals.
@@ -33,7 +33,7 @@ pub struct Calibration<S> {
 }
 
 impl<S> Calibration<S> {
-    /// Share of the null simulations in which some candidate scores as much or more.
+    /// Share of the fault-free simulations in which some candidate scores as much or more.
     pub fn false_alarm_rate(&self, score: f64) -> f64 {
         let over = self.tops.iter().filter(|t| **t >= score).count();
         over as f64 / self.nulls.max(1) as f64

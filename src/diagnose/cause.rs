@@ -85,7 +85,7 @@ pub(crate) struct Judged {
     pub estimate: Option<Estimate>,
     /// Size that the method itself shows on null simulations, already taken off `estimate`.
     pub bias: f64,
-    /// Over one is beyond what null simulations show.
+    /// Over one is beyond what fault-free simulations show.
     pub score: f64,
     /// Fall of twice the loss when it joins the model, to first order or by a fit.
     pub gain: f64,
@@ -122,7 +122,7 @@ pub struct Cause {
     pub estimate: Option<Estimate>,
     /// Size that the method itself shows on null simulations, already taken off `estimate`.
     pub bias: f64,
-    /// Over one is beyond what null simulations show.
+    /// Over one is beyond what fault-free simulations show.
     pub score: f64,
     /// Fall of twice the loss when it joined the model; zero where that was not tried.
     pub gain: f64,
@@ -161,7 +161,7 @@ impl Cause {
 pub struct Structure {
     /// Channel and variable, in words.
     pub description: String,
-    /// How many times what 19 of 20 null simulations stay below.
+    /// How many times what 19 of 20 fault-free simulations stay below.
     pub times: f64,
 }
 

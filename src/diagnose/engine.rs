@@ -1,7 +1,7 @@
 //! The diagnosis engine: what road and off-road implement, and the naming of causes that both share
 //! (`book/src/diagnosis.md`, section 2.5).
 //!
-//! An alarm is a score beyond what null simulations show. Of the candidates that share in it and whose
+//! An alarm is a score beyond what fault-free simulations show. Of the candidates that share in it and whose
 //! size is within its bounds the one whose joint fit with the model gains most is named; those that gain
 //! nearly as much are its equivalents. The named one joins the model, and every other candidate is judged
 //! anew on that.
@@ -14,7 +14,7 @@ use crate::contract::verdict::Verdict;
 use crate::store::tables::rows::DiscrepancyRow;
 
 /// What decides whether a candidate is named, where the kinds of riding differ. Scores are in units of
-/// what 19 of 20 null simulations stay below.
+/// what 19 of 20 fault-free simulations stay below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NamingRules {
     /// Score from which there is an alarm, and that a named candidate and its equivalents must have.

@@ -337,9 +337,11 @@ fn reason(sentence: &str, group: &Group<'_>, [named, seen]: [usize; 2]) -> Strin
     let n = group.seen.len();
     let all = n + group.left_out.len();
     let mut text = match named > 0 || seen >= FEWEST {
-        true => format!("{sentence}: shared by {n} of {all} sessions, named in {named} of them"),
+        true => {
+            format!("{sentence}: shared by {n} of {all} sessions, identified in {named} of them")
+        }
         false => format!(
-            "not named, for no session named it and {seen} have it beyond their error: the mean of {n} of \
+            "not identified: no session identified it and {seen} have it beyond their error: the mean of {n} of \
              {all} sessions would say that {sentence}"
         ),
     };
@@ -451,7 +453,7 @@ mod tests {
         let weak = vec![row("latency", Verdict::NotNeeded, 1.9); 80];
         let [own] = &of_sessions(&weak, |_| true)[..] else { panic!() };
         assert_eq!(own.verdict, "not_needed");
-        assert!(own.reason.contains("no session named it and 0 have it"), "{}", own.reason);
+        assert!(own.reason.contains("no session identified it and 0 have it"), "{}", own.reason);
         // one that named it, or two beyond their errors
         let mut rows = weak.clone();
         rows[7] = row("latency", Verdict::Ambiguous, 1.9);
@@ -494,7 +496,7 @@ mod tests {
         let [own] = &rows[..] else { panic!("{rows:?}") };
         assert_eq!(own.verdict, "named");
         for part in [
-            "the velocity comes early: shared by 10 of 18 sessions, named in 6 of them",
+            "the velocity comes early: shared by 10 of 18 sessions, identified in 6 of them",
             "with twice their error, as something is unexplained there: s3",
             "left out, not identifiable in them: s10, s11, s12, s13, s14 and 2 more",
             "left out, not looked for: s17",

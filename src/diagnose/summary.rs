@@ -30,7 +30,7 @@ pub fn session(
     let gains = causes.iter().find_map(|c| c.gain_heldout.zip(c.gain_upper_bound));
     if let Some((gain, bound)) = gains {
         lines.push(format!(
-            "On manoeuvres left out twice the log likelihood rises by {gain:.0}, with every candidate free by {bound:.0}."
+            "On manoeuvres left out of the fit: 2 x log-likelihood gain {gain:.0}; with every candidate free {bound:.0}."
         ));
     }
     lines.extend(simulated(errors));
@@ -38,7 +38,7 @@ pub fn session(
         lines.extend(wrong(errors));
     }
     if let (false, Some(row)) = (named.is_empty(), unexplained) {
-        lines.push(format!("The named causes do not explain everything: {}.", row.reason));
+        lines.push(format!("The identified causes do not explain everything: {}.", row.reason));
     }
     lines.extend(misfits(discrepancies));
     lines.join("\n  ")
@@ -53,7 +53,7 @@ fn unnamed(
 ) -> Option<String> {
     let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
     let score = format!(
-        "the largest score is {largest:.1}; 19 of 20 null simulations stay below 1, and a name takes {needed}"
+        "the largest score is {largest:.1}; 19 of 20 fault-free simulations stay below 1, a cause needs {needed}"
     );
     match unexplained {
         _ if !named.is_empty() => None,
@@ -64,7 +64,7 @@ fn unnamed(
         None if causes.iter().all(blind) => {
             Some(format!("This ride can identify none of the {} candidates.", causes.len()))
         }
-        None => Some(format!("No cause is named: {score}.")),
+        None => Some(format!("No cause is identified: {score}.")),
     }
 }
 
@@ -80,7 +80,7 @@ fn cause(row: &CauseRow, needed: f64) -> String {
         row.unit, row.score
     );
     if row.score <= needed {
-        let _ = write!(text, " (below {needed}, but it relieves a base model that is strained)");
+        let _ = write!(text, " (below {needed}, but without it the fit is implausible)");
     }
     text
 }
@@ -99,7 +99,7 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
             format!("; correlates with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
         });
         format!(
-            "misfit of {} while {}: {} {unit}, {} in null simulations{after}{with}",
+            "misfit of {} while {}: {} {unit}, {} in fault-free simulations{after}{with}",
             row.channel,
             row.kind.replace('_', " "),
             significant(row.rmse_base),
@@ -113,7 +113,7 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
 fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
     SimulationError::stays_wrong(errors).into_iter().take(GAINS).map(|row| {
         format!(
-            "simulated wrong: {} while {} {} {} (noise alone {})",
+            "simulated wrong: {} while {} {} {} (noise only {})",
             row.channel,
             row.kind.replace('_', " "),
             significant(row.rmse_base),
@@ -127,7 +127,7 @@ fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
 fn simulated(errors: &[SimulationError]) -> Vec<String> {
     let clause = |row: &SimulationError| {
         format!(
-            "{} while {} {} -> {} {} (noise alone {})",
+            "{} while {} {} -> {} {} (noise only {})",
             row.channel,
             row.kind.replace('_', " "),
             significant(row.rmse_base),
@@ -194,7 +194,7 @@ mod tests {
     fn a_session_without_a_name_says_how_large_the_largest_score_is() {
         let row = CauseRow { verdict: "not_needed".into(), ..CauseRow::default() };
         let text = session(&Ident::default(), &[row], &[], &[], [0.7, 1.75]);
-        assert!(text.contains("No cause is named: the largest score is 0.7"), "{text}");
+        assert!(text.contains("No cause is identified: the largest score is 0.7"), "{text}");
         let row = CauseRow { verdict: "not_identifiable".into(), ..CauseRow::default() };
         let text = session(&Ident::default(), &[row], &[], &[], [0.0, 1.75]);
         assert!(text.contains("identify none of the 1 candidates"), "{text}");

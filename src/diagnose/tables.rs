@@ -80,19 +80,19 @@ fn reason(cause: &Cause, remark: &str) -> String {
     let gain = cause.gain;
     match (cause.verdict, cause.objection) {
         (_, Some(Objection::Contradicted)) => format!(
-            "explains part of the misfit (twice the log likelihood +{gain:.0}), but leaves more structure in the channels where it \
+            "explains part of the misfit (2 x log-likelihood gain {gain:.0}), but leaves more structure in the channels where it \
              shows than a cause may"
         ),
         (_, Some(Objection::NotReproduced)) => format!(
-            "explains part of the misfit (twice the log likelihood +{gain:.0}), but null simulations with it do not reproduce its \
+            "explains part of the misfit (2 x log-likelihood gain {gain:.0}), but fault-free simulations with it added do not reproduce its \
              size"
         ),
         (_, Some(Objection::WorseSimulation)) => format!(
-            "explains part of the misfit (twice the log likelihood +{gain:.0}), but makes the simulation of manoeuvres that were left \
+            "explains part of the misfit (2 x log-likelihood gain {gain:.0}), but makes the simulation of manoeuvres that were left \
              out worse, as a whole or in more signals than better"
         ),
         (Verdict::Named, None) => {
-            format!("{sentence}{remark}: twice the log likelihood rises by {gain:.0}")
+            format!("{sentence}{remark}: 2 x log-likelihood gain {gain:.0}")
         },
         (Verdict::Ambiguous, None) => format!(
             "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",
@@ -100,18 +100,18 @@ fn reason(cause: &Cause, remark: &str) -> String {
         ),
         (Verdict::Alternative, None) => format!(
             "{sentence}, in the place of what stands above: this ride cannot tell them apart; alone it would have this size \
-             (twice the log likelihood +{gain:.0})"
+             (2 x log-likelihood gain {gain:.0})"
         ),
         (Verdict::NotIdentifiable, None) => {
             format!("not identifiable in this ride{remark}; what would show it: {separate_by}")
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) if cause.score > 1.0 => {
-            "beyond what null simulations show, but no more than other motorcycles do where nothing is wrong, \
-             explained by the named causes, of implausible size, or of too little gain"
+            "beyond what fault-free simulations show, but no more than other motorcycles do where nothing is wrong, \
+             explained by the identified causes, of implausible size, or of too little gain"
                 .to_owned()
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) => {
-            "within what null simulations of this ride show".to_owned()
+            "within what fault-free simulations of this ride show".to_owned()
         }
     }
 }

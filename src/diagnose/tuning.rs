@@ -76,7 +76,7 @@ tuning! {
         "Share of the best gain from which a candidate is an equivalent.",
         "a cosine of 0.9, at which a rival gains four fifths; the prototype's class held the true effect in 0.97 and 0.92 of its archives";
     contradicts: f64 = 1.4,
-        "Structure that objects to a named cause, in what 19 of 20 null simulations on the model stay below.",
+        "Structure that objects to a named cause, in what 19 of 20 fault-free simulations on the model stay below.",
         "at 1.0 the prototype flagged 16 to 25 of 100 rightly named archives as incomplete";
     touches: f64 = 0.1,
         "Share of what a cause changes that is in the structure's channel when the structure objects to it.",
@@ -113,7 +113,7 @@ tuning! {
     OffroadTuning, OFFROAD:
     alarm: f64 = 1.0,
         "Score from which there is an alarm, and that a named candidate must have itself.",
-        "what 19 of 20 null simulations stay below, by construction";
+        "what 19 of 20 fault-free simulations stay below, by construction";
     gain: f64 = 30.0,
         "Least gain of the joint fit with the first cause.",
         "no measurement is on record";

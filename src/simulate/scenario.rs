@@ -37,8 +37,8 @@ pub const BUILTIN: builtin::List = builtin::REDUCED;
 /// What the bike file cannot say and the simulation must know, with defaults: dotted path,
 /// default, meaning.
 pub(crate) const TRUTH: &[(&str, f64, &str)] = &[
-    ("roll_inertia", 22.0, "about the mass centre, kg m2"),
-    ("yaw_inertia", 28.0, "about the mass centre, kg m2"),
+    ("roll_inertia", 22.0, "about the centre of mass, kg m2"),
+    ("yaw_inertia", 28.0, "about the centre of mass, kg m2"),
     ("drag", 0.35, "F = c v^2, kg/m"),
     ("rolling_resistance", 0.015, "both tyres"),
     ("deflection_share", USUAL_SHARE, "of a tyre's deflection, by which it rolls shorter"),

@@ -54,7 +54,7 @@ fn rest() -> Vec<CauseRow> {
         cause("lift", "not_identifiable", (0.0, 1.0), "kg/m", 0.0),
         cause("relaxation_length", "not_identifiable", (0.0, 1.0), "m", 0.0),
     ];
-    rows[9].separate_by = Some("bends above 30 m/s".into());
+    rows[9].separate_by = Some("corners above 30 m/s".into());
     rows[10].separate_by = Some("quick changes of lean".into());
     rows
 }
@@ -208,7 +208,7 @@ fn named() -> Ride {
 fn ambiguous() -> Ride {
     let mut first = cause("road_bank", "ambiguous", (0.014, 0.004), "rad", 1.8);
     first.equivalent_to = Some("roll_zero, rider_lean".into());
-    first.separate_by = Some("bends to both sides".into());
+    first.separate_by = Some("corners to both sides".into());
     (first.gain_heldout, first.gain_upper_bound) = (Some(44.0), Some(40.0));
     let causes = [vec![first], rest()].concat();
     Ride {
@@ -301,19 +301,19 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
         &[
             "Does the model reproduce this ride, and if not, why?",
             "No, and it is known why.",
-            "2 causes are named:",
+            "2 causes are identified:",
             "the velocity comes late",
             "0.0196 s",
             "−0.0121 rad (−0.693°)",
             "found over all rides of the bike",
             "acceleration (−0.90)",
-            "twice the log likelihood rises by <strong>149</strong>; with every candidate free by 240",
-            "Speed while front braking: 0.80 → 0.12 m&#x2f;s (noise alone 0.10)",
-            "Steering angle while cornering: 1.146 → 0.172° (noise alone 0.057)",
+            "2 x log-likelihood gain <strong>149</strong>; with every candidate free by 240",
+            "Speed while front braking: 0.80 → 0.12 m&#x2f;s (noise only 0.10)",
+            "Steering angle while cornering: 1.146 → 0.172° (noise only 0.057)",
             "the one with the largest gain, of 3 of at least 2 s",
             "what is beyond noise; left:",
             "62 % of that",
-            "bends above 30 m&#x2f;s",
+            "corners above 30 m&#x2f;s",
             "No other candidate explains the ride nearly as well",
             "with the causes",
         ],
@@ -331,7 +331,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "or the roll sensor does not read zero upright",
             "<h3>bends to both sides</h3>",
             "as much as every candidate together",
-            "gets no better by what is named",
+            "does not improve with the identified causes",
             "It gets worse in the speed while front braking: 0.80 → 1.04 m&#x2f;s",
         ],
     );
@@ -342,7 +342,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "Yes, as far as this ride can show.",
             "Nothing is wrong that this ride could show.",
             "The largest score of any candidate is 0.7",
-            "No cause is named, so there is no improvement to show.",
+            "No cause is identified, so there is no improvement to show.",
             "Residuals of the model",
         ],
     );

@@ -293,7 +293,7 @@ fn an_independent_reader_gets_the_extended_tyre() {
         let line = tir.lines().find(|l| l.contains("not part of the tyre: wind 1.5"));
         assert!(line.is_some_and(|l| l.contains(" m/s, 95 % ")), "{tir}");
         let note = tir.lines().find(|l| l.starts_with("PDX2 ")).expect("PDX2");
-        let [origin, interval] = ["named by diagnose: friction_load 0.12", "95 % 0.096"];
+        let [origin, interval] = ["identified by diagnose: friction_load 0.12", "95 % 0.096"];
         assert!(note.contains(origin) && note.contains(interval), "{note}");
         let files =
             [put("tyre.tir", tir), put("tyre.toml", toml), put("tyre.csv", of(Format::Csv))];

@@ -84,4 +84,5 @@ mod transients;
 mod trust;
 mod tydex;
 mod verify;
+mod words;
 mod wrong_input;

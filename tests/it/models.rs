@@ -164,8 +164,8 @@ fn own_causes_go_to_their_session_and_shared_ones_to_all() {
     let place = diagnosed();
     let rides = [1, 2, 4, 5, 6, 7];
     place.freed(&rides, "with", Some("causes"));
-    let own = format!("taken out of the recording: steer_zero (its own), {LATE}");
-    let shared = format!("taken out of the recording: {LATE}");
+    let own = format!("removed from the recording: steer_zero (its own), {LATE}");
+    let shared = format!("removed from the recording: {LATE}");
     let expected = rides.map(|n| {
         let has_zero = ZEROS.iter().any(|(k, _)| *k == n);
         (n, if has_zero { own.clone() } else { shared.clone() })

@@ -135,7 +135,7 @@ pub(crate) fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
                 r.variety, r.noise
             )
         });
-        let advice = "riders who lean off differently, or wide and tight bends, would tell";
+        let advice = "riders who lean off differently, or wide and tight corners, would show it";
         RatioRow {
             bike_id: bike.bike.clone(),
             tyre: r.axle.name().to_owned(),

@@ -144,7 +144,7 @@ impl Logs {
         let at = Location::parse(path).map_err(|e| Error::Output(e.to_string()))?;
         let gone = !at.exists().map_err(|e| {
             Error::Output(format!(
-                "whether {path} is there cannot be told: {e}; nothing was forgotten. Make it readable, or give the sessions \
+                "whether {path} exists is unknown: {e}; nothing was forgotten. Make it readable, or give the sessions \
                  by --session or --bike"
             ))
         })?;

@@ -125,7 +125,7 @@ impl Source<'_> {
 }
 
 impl Calibration<GainScale> {
-    /// Score of candidate `j` whose fit gains so much; over one is beyond what null simulations show.
+    /// Score of candidate `j` whose fit gains so much; over one is beyond what fault-free simulations show.
     pub fn score(&self, j: usize, gain: f64) -> f64 {
         gain.max(0.0).sqrt() / self.scale.scale[j] / self.scale.threshold
     }

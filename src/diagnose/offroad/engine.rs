@@ -345,7 +345,7 @@ impl Engine for OffroadEngine<'_> {
                 (left(row), reason)
             }
             None if naming.unexplained => {
-                let reason = "beyond what null simulations show, but no candidate of a plausible size explains it";
+                let reason = "beyond what fault-free simulations show, but no candidate of a plausible size explains it";
                 (naming.alarm, reason.to_owned())
             }
             None => return None,

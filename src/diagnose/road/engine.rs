@@ -370,7 +370,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             score: *times,
             parameter: "structure",
             reason: format!(
-                "{description} has structure, {times:.1} times what 19 of 20 null simulations stay below"
+                "{description} is not explained, {times:.1} times what 19 of 20 fault-free simulations stay below"
             ),
             first: true,
         })

@@ -74,7 +74,7 @@ pub struct Calibrated {
     pub delta: f64,
     /// Standard error of it: of the null simulations or of the manoeuvres, whichever is larger.
     pub std_error: f64,
-    /// Over one is beyond what null simulations show.
+    /// Over one is beyond what fault-free simulations show.
     pub score: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What effects show on machines of which they are not true, beyond what null simulations show: small things
+//! What effects show on machines of which they are not true, beyond what fault-free simulations show: small things
 //! that the base model leaves out look like them, and of a null simulation's bias some is its own. And how much
 //! structure is left on them that nothing explains.
 //!
@@ -15,7 +15,7 @@ const FILE: &str = include_str!("../../../pipelines/other_machines.toml");
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shown {
-    /// Share of the null simulations' bias that rides have too.
+    /// Share of the fault-free simulations' bias that rides have too.
     pub bias_share: f64,
     /// Standard deviation beyond that of the null simulations, in usual sizes.
     pub sd: f64,
@@ -24,7 +24,7 @@ pub struct Shown {
 /// What other machines show.
 #[derive(Debug, Default, Deserialize)]
 struct OtherMachines {
-    /// Residual structure by channel that nearly all of them stay below, in what 19 of 20 null simulations do.
+    /// Residual structure by channel that nearly all of them stay below, in what 19 of 20 fault-free simulations do.
     structure: BTreeMap<String, f64>,
     /// By effect.
     #[serde(flatten)]
@@ -33,7 +33,7 @@ struct OtherMachines {
 
 static ALL: LazyLock<OtherMachines> = LazyLock::new(|| toml::from_str(FILE).unwrap_or_default());
 
-/// Residual structure of a channel, in what 19 of 20 null simulations stay below, that other machines do not show;
+/// Residual structure of a channel, in what 19 of 20 fault-free simulations stay below, that other machines do not show;
 /// one where they show none.
 pub(crate) fn structure(channel: &str) -> f64 {
     ALL.structure.get(channel).map_or(1.0, |x| x.max(1.0))

@@ -51,8 +51,8 @@ parameters! {
     LATENCY: "latency of the velocity, s";
     ANTENNA: "height of the velocity's reference upright, m";
     MASS: "mass, kg";
-    HEIGHT: "height of the mass centre, m";
-    ARM: "mass centre behind the front contact, m";
+    HEIGHT: "height of the centre of mass, m";
+    ARM: "centre of mass behind the front contact, m";
     LEAN_ZERO: "zero of the lean, rad";
     REAR_SHARE: "rear share of unmeasured braking";
     GAIN_F: "gain of the front slip stiffness with the load";

@@ -29,7 +29,7 @@ impl Origin {
     pub fn name(self) -> &'static str {
         match self {
             Origin::Measured => "measured by you",
-            Origin::Said => "said by you",
+            Origin::Said => "given by the user",
             Origin::DataSheet => "data sheet",
             Origin::TyreSize => "from the tyre size",
             Origin::Class => "guess from the class",

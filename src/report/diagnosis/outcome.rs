@@ -162,8 +162,8 @@ pub(super) fn verdict(
                 Some(_) => "No, and only part of it is known.",
             },
             match findings.len() {
-                1 => "One cause is named:".to_owned(),
-                n => format!("{n} causes are named:"),
+                1 => "One cause is identified:".to_owned(),
+                n => format!("{n} causes are identified:"),
             },
         ),
         Outcome::Ambiguous => (

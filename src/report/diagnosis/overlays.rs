@@ -305,7 +305,7 @@ fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
             y: edge(0.0),
             lo: edge(-half),
             hi: edge(half),
-            band: "twice noise alone",
+            band: "twice noise only",
             colour: Some(3),
             ..Line::default()
         }
@@ -322,9 +322,9 @@ fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
     [over, under]
 }
 
-const BASE: &str = "base model";
+const BASE: &str = "nominal model";
 const EXTENDED: &str = "with the causes";
-const NOISE: &str = "noise alone";
+const NOISE: &str = "noise only";
 
 /// Residuals over all kinds of manoeuvre, by channel in the order of the rows: for a ride without
 /// replays.
@@ -446,7 +446,7 @@ mod tests {
         let band = &charts[1].lines[0];
         assert_eq!(
             (band.label.as_str(), band.hi[0].map(|h| (h * 10.0).round())),
-            ("noise alone", Some(57.0))
+            ("noise only", Some(57.0))
         );
     }
 

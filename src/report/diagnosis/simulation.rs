@@ -75,7 +75,7 @@ pub(crate) fn errors(row: &SimulationError) -> String {
     let after = row.rmse_extended.map_or(String::new(), |e| format!(" → {}", number(e)));
     let gap = if shown.unit == "°" { "" } else { "\u{a0}" };
     let [base, floor] = [row.rmse_base, row.noise_floor].map(number);
-    format!("{base}{after}{gap}{} (noise alone {floor})", shown.unit)
+    format!("{base}{after}{gap}{} (noise only {floor})", shown.unit)
 }
 
 /// The same with channel and kind of manoeuvre.
@@ -92,7 +92,7 @@ pub(crate) fn simulation(rows: &[SimulationError]) -> Simulation {
     let mut remark = String::new();
     if extended && gains.is_empty() {
         remark.push_str(
-            "The simulation of manoeuvres that the fit has not seen gets no better by what is named, or by \
+            "The simulation of manoeuvres that the fit has not seen does not improve with the identified causes, or by \
              too little to be seen: it shows in the residuals only.",
         );
     }
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn a_gain_is_told_in_the_channels_unit() {
         let found = simulation(&[row(0.06, 0.2, 0.5)]);
-        let told = "Speed while front braking: 0.210 → 0.060\u{a0}m/s (noise alone 0.050)";
+        let told = "Speed while front braking: 0.210 → 0.060\u{a0}m/s (noise only 0.050)";
         assert_eq!(found.gains, [told]);
         assert!(found.remark.is_empty() && found.changed[0].class == "better");
         assert_eq!(in_short(&[row(0.06, 0.2, 0.5)]), format!("{told}."));

@@ -122,8 +122,8 @@ pub(crate) fn noted(note: &str, all: &[Named], axle: Axle, name: &str) -> String
     };
     match all.iter().find(is_it) {
         None => note.to_owned(),
-        Some(one) if note.is_empty() => format!("named by diagnose: {}", one.words()),
-        Some(one) => format!("{note}; named by diagnose: {}", one.words()),
+        Some(one) if note.is_empty() => format!("identified by diagnose: {}", one.words()),
+        Some(one) => format!("{note}; identified by diagnose: {}", one.words()),
     }
 }
 
@@ -136,15 +136,17 @@ pub fn lines(all: &[Named], tyres: &[Axle], left_out: &[&str]) -> Vec<String> {
         let which = all.iter().filter(|one| has(one));
         lines.extend(which.map(|one| format!("{says}: {} ({})", one.words(), one.origin)));
     };
-    put("named by diagnose, in the tyre", &|one| at(one, Place::Added) && !is_left_out(one));
-    put("named by diagnose, in the coefficients already", &|one| at(one, Place::InCoefficients));
-    put("named by diagnose, this file has no place for it", &|one| {
+    put("identified by diagnose, in the tyre", &|one| at(one, Place::Added) && !is_left_out(one));
+    put("identified by diagnose, in the coefficients already", &|one| {
+        at(one, Place::InCoefficients)
+    });
+    put("identified by diagnose, this file has no place for it", &|one| {
         at(one, Place::Added) && is_left_out(one)
     });
     put(
-        "named by diagnose, not added: the output was computed without `run --model`, its coefficients have a mean of it",
+        "identified by diagnose, not added: the output was computed without `run --model`, its coefficients have a mean of it",
         &|one| at(one, Place::InRecording),
     );
-    put("named by diagnose, not part of the tyre", &|one| at(one, Place::NoTyre));
+    put("identified by diagnose, not part of the tyre", &|one| at(one, Place::NoTyre));
     lines
 }

@@ -167,7 +167,7 @@ impl Fitted {
 
 /// What the head says where a diagnosis named something.
 const OF_EFFECTS: &str = "\
-# effects: what diagnose named. place: added = part of the tyre beyond its coefficients; in_coefficients =\n\
+# effects: what diagnose identified. place: added = part of the tyre beyond its coefficients; in_coefficients =\n\
 # `run --model` put it there; in_recording = not added, a mean of it is in the coefficients (the output was\n\
 # computed without --model); no_tyre = of a sensor, the road, the rider or the rest of the motorcycle.\n\
 # Load dependence is relative to the load at rest; mf_d_at_rest is the friction there.\n";

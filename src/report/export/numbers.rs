@@ -50,7 +50,7 @@ pub(crate) const ALL: &[Number] = numbers! {
     lateral_peak, "", "side force over load that was reached: no friction circle is smaller", |c, _| c.tyre.tyre.lateral_peak;
     deflection_share, "", "of the deflection, by which it rolls shorter", |c, _| c.tyre.deflection_share;
     width_over_front, "", "width over that of the front tyre, of which radius_camber is said", |c, _| c.crown;
-    friction_load, "", "named by a diagnosis: friction lost with the nominal load once more", |c, _| c.error.friction_load;
+    friction_load, "", "identified by a diagnosis: friction lost with the nominal load once more", |c, _| c.error.friction_load;
     stiffness_load, "", "named: side force per load gained with the nominal load once more", |c, _| c.error.stiffness_load;
     pneumatic_trail, "", "named: trail gained, over that under the nominal load", |c, _| c.error.pneumatic_trail;
     rolling_speed, "s/m", "named: rolling resistance gained per speed", |c, _| c.error.rolling_speed;

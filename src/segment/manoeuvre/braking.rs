@@ -274,7 +274,7 @@ impl Detector for Config {
                 let words = "both brakes: the tyres' shares of the force are not known";
                 Reason::new(ReasonCode::UnknownShares, words)
             } else {
-                let words = "which brake cannot be told without wheel speeds or pressures";
+                let words = "which brake is unknown without wheel speeds or pressures";
                 Reason::new(ReasonCode::UnknownBrake, words)
             })
         } else if peak < self.least_peak {

@@ -1,4 +1,4 @@
-//! Leaning steadily in a bend.
+//! Leaning steadily in a corner.
 
 use crate::contract::reason::{Reason, ReasonCode};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use super::mask::{drop_short, hysteresis, runs};
 pub(super) static CORNERING: Declaration = Declaration {
     name: "cornering",
     words: "cornering",
-    description: "Leaning steadily in a bend; off-road from the braking before its slowest point to the end of the drive after it.",
+    description: "Leaning steadily in a corner; off-road from the braking manoeuvre before its slowest point to the end of the drive after it.",
     letter: "\u{21b6}\u{21b7}",
     letter_by_side: Some(["\u{21b6}", "\u{21b7}"]),
     colour: "#2472b3",

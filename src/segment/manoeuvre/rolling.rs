@@ -49,6 +49,6 @@ impl Detector for Rolling<'_> {
     }
 
     fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
-        Verdict::unusable(ReasonCode::Transition, "rolling into or out of a bend")
+        Verdict::unusable(ReasonCode::Transition, "rolling into or out of a corner")
     }
 }

@@ -9,12 +9,12 @@ pub(super) struct DragHeight;
 
 impl Physics for DragHeight {
     const SPEC: EffectSpec = EffectSpec {
-        sentence: "the air pushes higher than the mass centre",
-        opposite: "the air pushes lower than the mass centre",
+        sentence: "the air pushes higher than the centre of mass",
+        opposite: "the air pushes lower than the centre of mass",
         unit: "m",
         typical: 0.3,
         bounds: [-0.6, 1.0],
-        source: "the centre of pressure is 0 to 0.3 m above the mass centre",
+        source: "the centre of pressure is 0 to 0.3 m above the centre of mass",
         enters: "load transfer over speed",
         channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
         kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::Driving],

@@ -19,7 +19,7 @@ impl Physics for FrontCompliance {
         channels: &[Channel::SteerAngle, Channel::AccelerationY],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["cornering_stiffness_front"],
-        separate_by: "bends with the brake on",
+        separate_by: "corners with the brake on",
         level: Level::Bike,
         faint: false,
     };

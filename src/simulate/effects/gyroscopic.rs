@@ -19,7 +19,7 @@ impl Physics for Gyroscopic {
         channels: &[Channel::Roll, Channel::AccelerationY, Channel::YawRate],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["overturning_stiffness"],
-        separate_by: "bends of the same lean at different speeds",
+        separate_by: "corners of the same lean at different speeds",
         level: Level::Bike,
         faint: true,
     };

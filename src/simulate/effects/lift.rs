@@ -19,7 +19,7 @@ impl Physics for Lift {
         channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
         kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::Cornering],
         confounded_with: &[],
-        separate_by: "bends above 30 m/s",
+        separate_by: "corners above 30 m/s",
         level: Level::Bike,
         faint: true,
     };

@@ -20,7 +20,7 @@ const OWN: &str = "its own";
 /// Code of the warning that says what was taken out of a recording.
 const APPLIED: &str = "model_applied";
 /// What its message begins with.
-const TAKEN_OUT: &str = "taken out of the recording";
+const TAKEN_OUT: &str = "removed from the recording";
 
 /// What is known of the sessions of a run. By effect a session has the size that it shares with others where
 /// there is one, else its own; one that was not diagnosed has the shared ones only.

@@ -21,7 +21,7 @@ impl Physics for RadiusCamber {
         channels: &[Channel::WheelSpeedFront, Channel::VelocityX, Channel::Roll],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &[],
-        separate_by: "bends with the front wheel rolling freely",
+        separate_by: "corners with the front wheel rolling freely",
         level: Level::Bike,
         faint: false,
     };

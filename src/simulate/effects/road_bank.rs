@@ -19,7 +19,7 @@ impl Physics for RoadBank {
         channels: &[Channel::AccelerationY, Channel::Roll],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["roll_zero"],
-        separate_by: "bends to both sides",
+        separate_by: "corners to both sides",
         level: Level::Site,
         faint: false,
     };

@@ -21,7 +21,7 @@ impl Physics for RollZero {
         channels: &[Channel::Roll, Channel::AccelerationY],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["rider_lean"],
-        separate_by: "bends to both sides",
+        separate_by: "corners to both sides",
         level: Level::Session,
         faint: false,
     };

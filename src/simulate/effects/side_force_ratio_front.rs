@@ -31,7 +31,7 @@ impl Physics for SideForceRatioFront {
             "front_compliance",
             "pneumatic_trail",
         ],
-        separate_by: "bends hung off and bends leaning out, in rides of their own",
+        separate_by: "corners hung off and corners leaning out, in rides of their own",
         level: Level::Bike,
         faint: false,
     };

@@ -20,7 +20,7 @@ impl Physics for SideForceRatioRear {
         channels: &[Channel::VelocityY, Channel::YawRate, Channel::Roll, Channel::AccelerationY],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["cornering_stiffness_rear", "twisting_stiffness", "pneumatic_trail"],
-        separate_by: "bends hung off and bends leaning out, in rides of their own",
+        separate_by: "corners hung off and corners leaning out, in rides of their own",
         level: Level::Bike,
         faint: false,
     };

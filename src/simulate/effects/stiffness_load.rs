@@ -26,7 +26,7 @@ impl Physics for StiffnessLoad {
         ],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["drag_height"],
-        separate_by: "bends with the brake on",
+        separate_by: "corners with the brake on",
         level: Level::Bike,
         faint: false,
     };

@@ -10,8 +10,8 @@ pub(super) struct VelocityLeverArm;
 
 impl Physics for VelocityLeverArm {
     const SPEC: EffectSpec = EffectSpec {
-        sentence: "the velocity is not that of the place the bike file says",
-        opposite: "the velocity is not that of the place the bike file says",
+        sentence: "the speed sensor is not mounted where the bike file says",
+        opposite: "the speed sensor is not mounted where the bike file says",
         unit: "m",
         typical: 0.15,
         bounds: [-1.2, 1.2],
@@ -20,7 +20,7 @@ impl Physics for VelocityLeverArm {
         channels: &[Channel::VelocityY, Channel::YawRate],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &[],
-        separate_by: "tight bends",
+        separate_by: "tight corners",
         level: Level::Bike,
         faint: false,
     };

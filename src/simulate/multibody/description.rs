@@ -294,14 +294,14 @@ impl Motorcycle {
         let x = self.centre().x;
         if x <= self.centres[1].x || x >= self.centres[0].x {
             return Err(KeyError::Values(format!(
-                "the mass centre lies {x:.3} m ahead of the rear contact, outside the wheelbase of \
+                "the centre of mass lies {x:.3} m ahead of the rear contact, outside the wheelbase of \
                  {:.3} m: a wheel would lift; look at `frame.x`",
                 self.wheelbase()
             )));
         }
         if self.centre().z <= 0.0 {
             return Err(KeyError::Values(
-                "the mass centre lies below the road; look at `frame.z`".into(),
+                "the centre of mass lies below the road; look at `frame.z`".into(),
             ));
         }
         for (name, body) in [

@@ -46,7 +46,7 @@ pub(crate) fn amend(
                 if lowered < LARGEST_LIMIT {
                     row.separate_by = Some(change.set.to_owned());
                     row.reason = format!(
-                        "not identifiable in this ride below {limit:.1} usual sizes; {} would lower that \
+                        "not identifiable in this ride below {limit:.1} typical sizes; {} would lower that \
                          to {lowered:.1}",
                         change.set
                     );

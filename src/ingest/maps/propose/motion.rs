@@ -67,7 +67,7 @@ fn write(
         writeln!(out, "\n[imu]")?;
         comment(
             out,
-            "from the unit to the mass centre of motorcycle and rider, forward, left, up, m: measure it, without it \
+            "from the unit to the centre of mass of motorcycle and rider, forward, left, up, m: measure it, without it \
              velocities and accelerations are the unit's own and count 0.3 m of lever",
         )?;
         writeln!(out, "# arm = [0.0, 0.0, 0.0]")?;

@@ -76,11 +76,11 @@ fn seats(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Vec<Seat> {
             Some(format!("its sensor is turned by {angle:.0} deg against the vertical"))
         } else if grown > GROWS {
             Some(format!(
-                "its sensor leans with the frame: the vertical feels {grown:.2} times as much in steep bends as upright"
+                "its sensor leans with the frame: the vertical feels {grown:.2} times as much in steep corners as upright"
             ))
         } else if grown.is_nan() {
             Some(
-                "no bend is steep enough to tell whether its sensor leans with the frame"
+                "no corner is steep enough to show whether its sensor leans with the frame"
                     .to_owned(),
             )
         } else {
@@ -88,8 +88,8 @@ fn seats(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Vec<Seat> {
         };
         let level = if not_level.is_some() || grown.is_nan() { "" } else { ", level" };
         let bends = match grown.is_nan() {
-            true => "no steep bends".to_owned(),
-            false => format!("{grown:.2} times that in steep bends"),
+            true => "no steep corners".to_owned(),
+            false => format!("{grown:.2} times that in steep corners"),
         };
         out.left.push((
             *place,
@@ -203,7 +203,7 @@ fn across(
         let Some(l) = found.filter(|l| l.r.abs() > 0.9) else {
             let r = found.map_or(0.0, |l| l.r);
             let seen = not_level.unwrap_or_else(|| {
-                "a sensor that leans with the bike feels next to nothing in a bend".into()
+                "a sensor that leans with the bike feels next to nothing in a corner".into()
             });
             out.left.push((
                 place,

@@ -58,7 +58,7 @@ pub(super) fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     }
     use Channel::*;
     let said = format!(
-        "of a unit with all six axes: {:.2} g on straights, {:.2} of the turn of {} in bends",
+        "of a unit with all six axes: {:.2} g on straights, {:.2} of the turn of {} in corners",
         forces.size, rates.size, motion.turn_from
     );
     for (triple, columns) in

@@ -61,7 +61,7 @@ pub(crate) fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
             rest::others(log, &motion, &mut out);
         }
         None => out.remarks.push(
-            "the log has no position and no speed in a known unit that moves: nothing could be held against anything"
+            "the log has no position and no speed in a known unit that moves: there is nothing to compare channels with"
                 .into(),
         ),
     }

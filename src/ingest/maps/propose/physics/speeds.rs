@@ -166,7 +166,7 @@ pub(super) fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts)
     let pull = change(&reference, SPAN);
     let straight = |i: usize| !(curve[i].abs() > 2.0 || pull[i].abs() > 1.5);
     let speeds = alike(log, &reference, straight);
-    out.remarks.push(format!("speeds are held against the {from}"));
+    out.remarks.push(format!("speeds are compared with the {from}"));
     let wheels = wheels(log, &speeds, &from, &curve, radii, out);
     let found = |k: usize| wheels[k].as_ref().map(|w| in_si(log, w));
     let both = [found(0), found(1)];

@@ -253,7 +253,7 @@ fn yaw_rate(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Gyro> 
         let leans = steep.is_some() && !upright && (share - leaning).abs() < 0.1;
         if steep.is_some() && !upright && !leans {
             out.left.push((place, format!(
-                "it turns with {} (r = {:.2}), but by {share:.2} of the turn in steep bends: neither about the vertical nor the frame's own axis",
+                "it turns with {} (r = {:.2}), but by {share:.2} of the turn in steep corners: neither about the vertical nor the frame's own axis",
                 motion.turn_from, whole.r
             )));
             continue;
@@ -262,11 +262,11 @@ fn yaw_rate(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Gyro> 
             units::conversion("rad/s", &unit.name).map_or(1.0, |c| c.factor) * slope.signum();
         if leans {
             v = v.doubted(format!(
-                "it leans with the frame: in steep bends it is {share:.2} of the turn, as the cosine of the lean; the yaw rate is about the vertical"
+                "it leans with the frame: in steep corners it is {share:.2} of the turn, as the cosine of the lean; the yaw rate is about the vertical"
             ));
         }
         if steep.is_none() {
-            v = v.because("no bends steep enough to tell whether it leans with the frame");
+            v = v.because("no corners steep enough to show whether it leans with the frame");
         }
         if let Some(not) = &unit.not {
             v = v.because(format!("not in {not}, as the log says"));
@@ -371,7 +371,10 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
         let Some(unit) = unit_of(own, "rad", &ANGLES, l.slope, 0.35) else {
             out.left.push((
                 place,
-                format!("it leans with the bends (r = {:.2}), but neither in degrees nor rad", l.r),
+                format!(
+                    "it leans with the corners (r = {:.2}), but neither in degrees nor rad",
+                    l.r
+                ),
             ));
             continue;
         };
