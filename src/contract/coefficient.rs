@@ -554,7 +554,7 @@ mod tests {
             c.requirement(Part::Front).map(|r| r.missing(&session)).unwrap_or_default()
         };
         assert_eq!(missing(Coefficient::EffectiveRollingRadius), [C::WheelSpeedFront]);
-        assert_eq!(missing(Coefficient::SideForceRatio), []);
+        assert_eq!(missing(Coefficient::TwistingStiffness), []);
     }
 
     #[test]

@@ -329,9 +329,9 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "It is one of these:",
             "<strong>the road is banked</strong>",
             "or the roll sensor does not read zero upright",
-            "<h3>bends to both sides</h3>",
+            "<h3>corners to both sides</h3>",
             "as much as every candidate together",
-            "does not improve with the identified causes",
+            "improves with the identified causes by too little to be seen, or not at all",
             "It gets worse in the speed while front braking: 0.80 → 1.04 m&#x2f;s",
         ],
     );
@@ -403,7 +403,7 @@ fn a_report_of_a_diagnosis_does_not_need_replays() {
     says(
         &page,
         &[
-            "2 causes are named",
+            "2 causes are identified",
             "Residuals over the whole ride",
             "rear slip for its force",
             "Structured",

@@ -207,7 +207,7 @@ fn machines_that_cannot_stand_are_refused_by_key() {
         ("mass = 208.16", "mass = -208.16", "frame.mass"),
         ("axis_x = 1.1640784860185978", "axis_x = 1.0", "trail"),
         ("\nx = 1.4\n", "\nx = 0.5\n", "wheelbase"),
-        ("x = 0.6786221738344809", "x = 2.4", "mass centre"),
+        ("x = 0.6786221738344809", "x = 2.4", "centre of mass"),
         ("z = 0.2915", "z = 0.45", "front.wheel.z"),
         ("sharp2004_front_120_70", "sharp2004_front", "front.tyre"),
         ("ixz = 2.50", "ixz = 42.50", "frame.ixz"),

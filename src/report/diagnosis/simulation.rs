@@ -92,8 +92,8 @@ pub(crate) fn simulation(rows: &[SimulationError]) -> Simulation {
     let mut remark = String::new();
     if extended && gains.is_empty() {
         remark.push_str(
-            "The simulation of manoeuvres that the fit has not seen does not improve with the identified causes, or by \
-             too little to be seen: it shows in the residuals only.",
+            "The simulation of manoeuvres that the fit has not seen improves with the identified causes by too \
+             little to be seen, or not at all: the gain shows in the residuals only.",
         );
     }
     if let Some(row) = worse.first() {
