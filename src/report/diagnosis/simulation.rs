@@ -222,7 +222,7 @@ mod tests {
         // within its interval, or smaller than anybody sees
         for same in [row(0.18, 0.7, 1.1), row(0.209, 0.99, 0.999)] {
             let found = simulation(&[same]);
-            assert!(found.gains.is_empty() && found.remark.contains("no better"), "{found:?}");
+            assert!(found.gains.is_empty() && found.remark.contains("or not at all"), "{found:?}");
         }
         let found = simulation(&[row(0.3, 1.2, 1.7)]);
         assert!(found.remark.contains("worse in the speed while front braking"), "{found:?}");
