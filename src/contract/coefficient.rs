@@ -277,7 +277,7 @@ const OFFROAD: Riding = Riding {
     remedy: "brake and drive firmly on the ground",
 };
 const SIDE_FORCES: Riding = Riding {
-    manoeuvres: "slaloms and lane changes; steady bends at different lean, best to both sides",
+    manoeuvres: "slaloms and lane changes; steady corners at different lean, best to both sides",
     remedy: "ride a slalom, two passes slow and two fast",
 };
 const SLALOMS: Riding = Riding {

@@ -43,7 +43,11 @@ fn what_inspect_calls_assumed_run_and_the_pages_call_assumed() {
             assert_eq!(status == Some("assumed"), taken, "{id}");
             // as far as the lean changed
             if matches!(id.coefficient.spec().source, Source::ChangingLean(_)) {
+                assert_eq!(status, Some("possible"), "{id}");
                 assert_ne!(row.status, Status::NotAvailable, "{id}");
+                let riding = labels::riding(&row.tyre, name).expect("known");
+                assert!(riding.contains("slaloms"), "{id}: {riding}");
+                assert_eq!(group["riding"].as_str(), Some(riding), "{id}");
                 seen += 1;
                 continue;
             }

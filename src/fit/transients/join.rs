@@ -21,12 +21,12 @@ const WORST_STIFFNESS: f64 = 0.35;
 /// What tyre, frame and springs make the results wrong by beside what is fitted: standard deviations of the logarithms of
 /// stiffness, ratio and camber stiffness, of 40 simulated machines in slaloms (`examples/transients --population`).
 const LAW: [f64; 3] = [0.08, 0.12, 0.045];
-/// What is added to each where the lean never changes fast, and the time of fast changes that halves it, s: of 40 machines that
-/// ride eight steady corners.
+/// What is added to each where the lean never changes fast, and the time of fast changes that halves it, s: of 40 simulated machines
+/// that ride the paper's plan.
 const SLOW: [f64; 3] = [0.09, 0.20, 0.06];
 const ENOUGH: f64 = 3.0;
 /// What is added instead where corners of more than the usual lean took part: springs and frames of their own made simulated
-/// machines 15 to 35 % too stiff, and the law of the tyre reaches less far.
+/// machines 15 to 35 % too stiff. Those of ratio and camber stiffness cover 14 rides of the independent simulator.
 const STEEP: [f64; 3] = [0.14, 0.30, 0.12];
 
 /// The larger standard deviation of the logarithm of a stiffness, with the law's.

@@ -31,7 +31,7 @@ pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
 
 /// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
 /// either way) and ratio. Camber forces of motorcycle tyres grow faster than camber up to 35 degrees, and cornering
-/// stiffness falls with camber: by 0 to 8 % at 0.3 rad among published tyres and those of an independent simulator.
+/// stiffness falls with camber: by 1 to 6 % at 0.3 rad on the tyres of the independent simulator, with which this prior was set.
 const TYRE: [[f64; 2]; OF_TYRE] =
     [[2.64, 1.5], [0.05, 0.5], [2.5, 3.0], [-2.5, 5.0], [0.4, 0.6], [0.2, 0.13], [0.0, 0.01]];
 /// Standard deviation of the lateral velocity's zero, m/s.
