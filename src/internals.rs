@@ -148,6 +148,9 @@ pub mod diagnose {
         pub mod base {
             pub use crate::diagnose::road::base::{Base, fit, fit_with, noise};
         }
+        pub mod estimates {
+            pub use crate::diagnose::road::estimates::estimates;
+        }
         pub mod null_calibration {
             pub use crate::diagnose::road::null_calibration::{calibrate, cells};
         }
@@ -678,9 +681,10 @@ pub mod store {
             pub use crate::store::tables::ident::Ident;
             pub use crate::store::tables::lap_rows::{LapCornerRow, LapPointRow, LapRow};
             pub use crate::store::tables::rows::{
-                CauseRow, Coefficient, DiscrepancyRow, EventRow, EvidenceRow, FleetRow, Manoeuvre,
-                PeakRow, PlotPoint, PooledRow, Provenance, RatioRow, Rejected, SessionRow,
-                SimulatedSample, SimulationError, Truth, TyreRow, WarningRow,
+                CauseRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow, EventRow,
+                EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow, Provenance,
+                RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError, Truth, TyreRow,
+                WarningRow,
             };
         }
     }

@@ -7,7 +7,7 @@ use super::summary;
 use super::tuning::{OffroadTuning, RoadTuning};
 use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
+    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
 };
 
 /// Everything that one session gives to tables, files and terminal.
@@ -25,6 +25,10 @@ pub struct Diagnosis {
     pub replays: Vec<SimulatedSample>,
     /// Rows of `simulation_errors`; none off-road.
     pub simulation_errors: Vec<SimulationError>,
+    /// Rows of `estimates`; none off-road.
+    pub estimates: Vec<EstimateRow>,
+    /// Rows of `effect_traces`; none off-road.
+    pub effect_traces: Vec<EffectTrace>,
     /// The extended model; off-road there is no file of it.
     pub model: Option<ExtendedModel>,
     /// Whether the sizes in `causes` are pooled over sessions with their own errors: those under a model
@@ -61,6 +65,8 @@ impl From<RoadDiagnosis> for Diagnosis {
             discrepancies: d.discrepancies,
             replays: d.replays,
             simulation_errors: d.simulation_errors,
+            estimates: d.estimates,
+            effect_traces: d.effect_traces,
             model: Some(d.model),
         }
     }
@@ -84,6 +90,8 @@ impl From<OffroadDiagnosis> for Diagnosis {
             discrepancies: d.discrepancies,
             replays: Vec::new(),
             simulation_errors: Vec::new(),
+            estimates: Vec::new(),
+            effect_traces: Vec::new(),
             model: None,
         }
     }

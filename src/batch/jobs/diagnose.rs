@@ -122,6 +122,8 @@ impl DiagnoseWork {
         if d.model.is_some() {
             tables.push((&registry::REPLAYS, file::batch(&d.replays)?));
             tables.push((&registry::SIMULATION_ERRORS, file::batch(&d.simulation_errors)?));
+            tables.push((&registry::ESTIMATES, file::batch(&d.estimates)?));
+            tables.push((&registry::EFFECT_TRACES, file::batch(&d.effect_traces)?));
         }
         tables.push((&registry::DIAGNOSES, file::batch(&[row])?));
         Ok(tables)

@@ -21,6 +21,7 @@ pub(crate) mod attitude;
 pub(crate) mod base;
 pub(crate) mod dive;
 pub(crate) mod engine;
+pub(crate) mod estimates;
 pub(crate) mod extended_model;
 pub(crate) mod gram;
 pub(crate) mod kept;

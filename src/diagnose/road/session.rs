@@ -7,6 +7,7 @@ use super::advice::{self, Advice};
 use super::base::{self, Base, Start};
 use super::dive;
 use super::engine::RoadEngine;
+use super::estimates;
 use super::extended_model::extended_model;
 use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, calibrate};
@@ -28,12 +29,12 @@ use crate::diagnose::tables;
 use crate::diagnose::tuning::RoadTuning;
 use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{self, Characterised, Pipeline, Rejection, characterise_once};
-use crate::simulate::effects::Effect;
 use crate::simulate::effects::extended_model::ExtendedModel;
+use crate::simulate::effects::{ALL, Effect};
 use crate::statistics::smooth::{gradient, smooth};
 use crate::store::objects::Location;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
+    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
 };
 use crate::tyre::formulation::Formulation;
 
@@ -67,6 +68,10 @@ pub struct RoadDiagnosis {
     pub replays: Vec<SimulatedSample>,
     /// Rows of `simulation_errors`.
     pub simulation_errors: Vec<SimulationError>,
+    /// Rows of `estimates`.
+    pub estimates: Vec<EstimateRow>,
+    /// Rows of `effect_traces`.
+    pub effect_traces: Vec<EffectTrace>,
     /// The extended model.
     pub model: ExtendedModel,
     /// Where it was ridden.
@@ -275,6 +280,7 @@ pub fn diagnose(
     let model = extended_model(&naming, &ident, (logged, measured), bike, pipeline);
     let site = session.meta.site.clone();
     let Prepared { start, calibration, .. } = prepared;
+    let (estimates, effect_traces) = estimates::estimates(samples, &start.base, ALL, &ident);
     Ok(RoadDiagnosis {
         ident,
         naming,
@@ -285,6 +291,8 @@ pub fn diagnose(
         discrepancies,
         replays,
         simulation_errors,
+        estimates,
+        effect_traces,
         model,
         site,
         n_samples: session.len as i64,

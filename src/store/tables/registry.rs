@@ -171,6 +171,8 @@ tables! {
     CAUSES: "causes", CauseRow, Session, Diagnose, Always;
     REPLAYS: "replays", SimulatedSample, Session, Diagnose, WhereItApplies;
     SIMULATION_ERRORS: "simulation_errors", SimulationError, Session, Diagnose, WhereItApplies;
+    ESTIMATES: "estimates", EstimateRow, Session, Diagnose, WhereItApplies;
+    EFFECT_TRACES: "effect_traces", EffectTrace, Session, Diagnose, WhereItApplies;
     TRUTH: "truth", Truth, Truth, Simulate, WhereItApplies;
     TRUTH_SEGMENTS: "truth_segments", TruthSegment, Truth, Simulate, Always;
     TRUTH_SIGNALS: "truth_signals", TruthSignal, Truth, Simulate, WhereItApplies;
@@ -206,9 +208,10 @@ pub fn of_session(command: Command) -> impl Iterator<Item = &'static TableSpec> 
     ALL.iter().copied().filter(own)
 }
 
-/// The tables over all sessions.
+/// The tables over all sessions that `run` makes.
 pub fn of_fleet() -> impl Iterator<Item = &'static TableSpec> {
-    ALL.iter().copied().filter(|spec| spec.scope == Scope::Fleet)
+    let own = |spec: &&TableSpec| spec.scope == Scope::Fleet && spec.command == Command::Run;
+    ALL.iter().copied().filter(own)
 }
 
 /// The folders that reports and fleet statistics are made from.

@@ -316,6 +316,30 @@ pub struct EventRow {
     pub reason: String,
 }
 
+/// A row of `estimates`, of `diagnose`: one number of a session's nominal model, or the size of one effect alone.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct EstimateRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub parameter: String,
+    pub part: String,
+    pub unit: String,
+    pub value: f64,
+    pub std_error: f64,
+}
+
+/// A row of `effect_traces`, of `diagnose`: what an effect moves a number of `estimates` by.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct EffectTrace {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub effect: String,
+    pub parameter: String,
+    pub slope: f64,
+}
+
 /// A row of `fleet_ratios`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

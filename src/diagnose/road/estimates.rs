@@ -1,0 +1,142 @@
+//! The whole vector of a session's diagnosis: every parameter of the nominal model, the size that every effect would have
+//! alone, and the trace of each effect in all of them.
+//!
+//! ```text
+//! H = J' W J + priors                     nominal parameters b, effects e, at the nominal model's optimum
+//! size_e   = g_e / S_ee,   S = H_ee - H_eb H_bb^-1 H_be       alone, to first order, nominal model refitted
+//! trace of a size d of e:  b moves by H_bb^-1 H_be d,  the size of f by (S_fe / S_ff) d
+//! ```
+//!
+//! `S` is without the effects' priors in its numerator. So which nominal parameters an effect moves is not
+//! declared by hand: it follows from the ride.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::base::Base;
+use super::parameters::Parameter;
+use super::problem::Problem;
+use super::samples::Samples;
+use crate::simulate::effects::Effect;
+use crate::store::tables::rows::{EffectTrace, EstimateRow, Ident};
+
+/// Share of a standard error that a trace of a usual size must reach in a number to be listed.
+const LISTED: f64 = 0.1;
+
+/// The rows of `estimates` and `effect_traces` of a session; none where the model's curvature has no inverse.
+pub fn estimates(
+    samples: &Samples,
+    base: &Base,
+    effects: &[Effect],
+    ident: &Ident,
+) -> (Vec<EstimateRow>, Vec<EffectTrace>) {
+    let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+    let all: Vec<Parameter> = base.parameters.iter().chain(&more).copied().collect();
+    let (b, n) = (base.parameters.len(), all.len());
+    let mut linear = base.linear_with(samples, &more);
+    let values = base.problem(samples).relax(&mut linear, &base.values);
+    let problem = Problem::new(samples, &base.start, base.sigma, &all);
+    let (matrix, gradient) = problem.normal_of(&linear, &values, true);
+    let Some(vector) = Vector::of(&matrix, &gradient, &more, b) else {
+        return (Vec::new(), Vec::new());
+    };
+    let value = |k: usize| match k < b {
+        true => all[k].get(&values),
+        false => vector.sizes[k - b] * all[k].scale,
+    };
+    let error = |k: usize| vector.errors[k] * all[k].scale;
+    let unit = |k: usize| match k < b {
+        true => unit_of(all[k].name),
+        false => effects[k - b].unit,
+    };
+    let rows = (0..n).map(|k| EstimateRow {
+        ident: ident.clone(),
+        parameter: all[k].name.to_owned(),
+        part: if k < b { "nominal" } else { "effect" }.to_owned(),
+        unit: unit(k).to_owned(),
+        value: value(k),
+        std_error: error(k),
+    });
+    let trace = |e: usize, k: usize| EffectTrace {
+        ident: ident.clone(),
+        effect: effects[e].name.to_owned(),
+        parameter: all[k].name.to_owned(),
+        slope: vector.traces[(k, e)] * all[k].scale / all[b + e].scale,
+    };
+    let is_listed = |e: usize, k: usize| {
+        let size = vector.traces[(k, e)];
+        k == b + e || size.is_finite() && size.abs() > LISTED * vector.errors[k]
+    };
+    let traces = (0..effects.len())
+        .flat_map(|e| (0..n).filter(move |k| is_listed(e, *k)).map(move |k| trace(e, k)));
+    (rows.collect(), traces.collect())
+}
+
+/// The vector, in the parameters' scales.
+struct Vector {
+    /// Sizes of the effects.
+    sizes: Vec<f64>,
+    /// Standard errors of all.
+    errors: Vec<f64>,
+    /// By parameter and effect: what a usual size of the effect moves the parameter by.
+    traces: DMatrix<f64>,
+}
+
+impl Vector {
+    /// From curvature and downhill direction, with the priors; the first `b` are the nominal model's.
+    fn of(
+        matrix: &DMatrix<f64>,
+        gradient: &DVector<f64>,
+        more: &[Parameter],
+        b: usize,
+    ) -> Option<Self> {
+        let effects = more.len();
+        let own = matrix.view((0, 0), (b, b)).into_owned().cholesky()?;
+        let across = matrix.view((0, b), (b, effects)).into_owned();
+        let moved = own.solve(&across);
+        let left = matrix.view((b, b), (effects, effects)) - across.transpose() * &moved;
+        let pull = gradient.rows(b, effects) - moved.transpose() * gradient.rows(0, b);
+        let prior = |e: usize| more[e].prior.powi(-2);
+        let sizes = (0..effects).map(|e| pull[e] / left[(e, e)]).collect();
+        let nominal = own.inverse();
+        let errors = (0..b)
+            .map(|k| nominal[(k, k)].sqrt())
+            .chain((0..effects).map(|e| left[(e, e)].sqrt().recip()))
+            .collect();
+        let traces = DMatrix::from_fn(b + effects, effects, |k, e| match k < b {
+            true => moved[(k, e)],
+            false => {
+                let f = k - b;
+                (left[(f, e)] - if f == e { prior(e) } else { 0.0 }) / left[(f, f)]
+            }
+        });
+        Some(Vector { sizes, errors, traces })
+    }
+}
+
+/// Unit of a parameter of the nominal model.
+fn unit_of(name: &str) -> &'static str {
+    match name {
+        "drag" => "kg/m",
+        "brake_gain_front" | "brake_gain_rear" => "N m/Pa",
+        "radius_front"
+        | "radius_rear"
+        | "overturning_stiffness"
+        | "dive_arm_front"
+        | "dive_arm_rear"
+        | "sag_front"
+        | "sag_rear"
+        | "velocity_height"
+        | "accelerometer_ahead"
+        | "accelerometer_height" => "m",
+        "stiffness_decay_front" | "stiffness_decay_rear" => "1/rad^2",
+        "vertical_stiffness_front" => "N/m",
+        "pitch_gyration" => "m^2",
+        "roll_inertia" => "kg m^2",
+        "roll_rate_term" | "velocity_y_zero" => "m/s",
+        "yaw_rate_zero" => "rad/s",
+        "acceleration_y_zero" | "acceleration_x_zero" => "m/s^2",
+        "attitude_delay" => "s",
+        "accelerometer_yaw" => "rad",
+        _ => "1",
+    }
+}
