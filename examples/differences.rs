@@ -11,6 +11,7 @@ use clap::Parser;
 use rayon::prelude::*;
 use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::reference::{Ride, changes};
 use roadbench::internals::diagnose::road::estimates::estimates;
 use roadbench::internals::diagnose::road::fitted;
 use roadbench::internals::ingest::write_session;
@@ -20,7 +21,8 @@ use roadbench::internals::simulate::hidden::{Case, Kind};
 use roadbench::internals::simulate::multibody_ride::ridden;
 use roadbench::internals::simulate::population::Machine;
 use roadbench::internals::simulate::population::bike::BikeFile;
-use roadbench::internals::store::tables::rows::{EffectTrace, EstimateRow, Ident};
+use roadbench::internals::store::tables::rows::{ChangeRow, EffectTrace, EstimateRow, Ident};
+use serde::{Deserialize, Serialize};
 
 #[derive(Parser)]
 struct Arguments {
@@ -41,17 +43,69 @@ struct Arguments {
     size: f64,
     /// Where the estimates are written, as JSON lines.
     #[arg(long)]
-    out: PathBuf,
+    out: Option<PathBuf>,
+    /// Estimates that were written before.
+    #[arg(long)]
+    read: Vec<PathBuf>,
+    /// Numbers of fault-free rides that each ride is compared with.
+    #[arg(long, value_delimiter = ',', default_value = "3,5,10")]
+    others: Vec<usize>,
 }
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
-type Said = (Vec<EstimateRow>, Vec<EffectTrace>);
 
-fn said(session: &Session, bike: &Bike, ident: &Ident) -> Result<Said, Failure> {
+/// What a ride says, and what is hidden in it.
+#[derive(Debug, Serialize, Deserialize)]
+struct Said {
+    estimates: Vec<EstimateRow>,
+    traces: Vec<EffectTrace>,
+    /// `none`, or the effect with its size.
+    #[serde(default)]
+    hidden: String,
+}
+
+impl Said {
+    fn ident(&self) -> Ident {
+        self.estimates.first().map(|row| row.ident.clone()).unwrap_or_default()
+    }
+
+    fn id(&self) -> String {
+        self.ident().session_id
+    }
+
+    fn bike(&self) -> String {
+        self.ident().bike_id
+    }
+
+    fn effect(&self) -> &str {
+        self.hidden.split(':').next().unwrap_or_default()
+    }
+
+    fn size(&self) -> f64 {
+        self.hidden.split(':').nth(1).and_then(|s| s.parse().ok()).unwrap_or(f64::NAN)
+    }
+
+    fn ride(&self) -> Ride {
+        let (estimates, traces) = (self.estimates.clone(), self.traces.clone());
+        Ride { ident: self.ident(), estimates, traces }
+    }
+}
+
+fn said(session: &Session, bike: &Bike, ident: &Ident, hidden: String) -> Result<Said, Failure> {
     let fit = fitted(session, bike, &Pipeline::onroad()).map_err(|e| e.message)?;
     let base = fit.base.clone().starting_point(&fit.samples, ALL).base;
-    Ok(estimates(&fit.samples, &base, ALL, ident))
+    let (estimates, traces) = estimates(&fit.samples, &base, ALL, ident);
+    Ok(Said { estimates, traces, hidden })
 }
+
+/// What the independent simulator calls the effects.
+const PLANT: &[(&str, &str)] = &[
+    ("head_wind", "wind"),
+    ("gnss_latency", "latency"),
+    ("brake_fade", "pad_heat"),
+    ("camber_rolling_radius", "radius_camber"),
+    ("steer_offset", "steer_zero"),
+];
 
 fn of_plant(folder: &Path) -> Result<Said, Failure> {
     let only = |part: &str| -> Result<PathBuf, Failure> {
@@ -63,7 +117,19 @@ fn of_plant(folder: &Path) -> Result<Said, Failure> {
         .map_err(|e| e.message)?;
     let name = |p: &Path| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let set = folder.parent().map(name).unwrap_or_default();
-    said(&session, &bike, &Ident { session_id: name(folder), bike_id: set, start_time: None })
+    let truth = std::fs::read_to_string(folder.join("truth.json"))?;
+    let truth: serde_json::Value = serde_json::from_str(&truth)?;
+    let what = &truth["hidden_effects"][0];
+    let hidden = match what["name"].as_str() {
+        None | Some("none") => "none".to_owned(),
+        Some(plant) => {
+            let ours =
+                PLANT.iter().find(|(name, _)| *name == plant).map_or(plant, |(_, ours)| ours);
+            format!("{ours}:{}", what["size"])
+        }
+    };
+    let ident = Ident { session_id: name(folder), bike_id: set, start_time: None };
+    said(&session, &bike, &ident, hidden)
 }
 
 /// The ride of a number of one machine, with something hidden or nothing.
@@ -102,19 +168,21 @@ fn of_machine(
     write_session(&log, &ride_of.session, false)?;
     let (session, _) =
         pipeline::prepare(log, &[], &bike, &Pipeline::onroad()).map_err(|e| e.message)?;
-    said(&session, &bike, &ident)
+    said(&session, &bike, &ident, what)
 }
 
 fn main() -> Result<(), Failure> {
     let a = Arguments::parse();
-    let mut text = String::new();
+    let mut rides: Vec<Said> = Vec::new();
+    for path in &a.read {
+        for line in std::fs::read_to_string(path)?.lines() {
+            rides.push(serde_json::from_str(line)?);
+        }
+    }
     let mut add = |all: Vec<Result<Said, Failure>>| {
         for one in all {
             match one {
-                Ok((rows, traces)) => {
-                    let line = serde_json::json!({ "estimates": rows, "traces": traces });
-                    text += &format!("{line}\n");
-                }
+                Ok(ride) => rides.push(ride),
                 Err(e) => eprintln!("{e}"),
             }
         }
@@ -137,6 +205,70 @@ fn main() -> Result<(), Failure> {
         }
         add(wanted.par_iter().map(|(k, h)| of_machine(a.seed, number, *k, *h)).collect());
     }
-    std::fs::write(&a.out, text)?;
+    if let Some(out) = &a.out {
+        let lines: Result<Vec<String>, _> = rides.iter().map(serde_json::to_string).collect();
+        std::fs::write(out, lines?.join("\n"))?;
+    }
+    for k in &a.others {
+        judged(&rides, *k);
+    }
     Ok(())
+}
+
+/// Each ride against so many fault-free rides of its motorcycle, and how often that is right.
+fn judged(rides: &[Said], k: usize) {
+    let outcomes: Vec<(&Said, Vec<ChangeRow>)> = rides
+        .par_iter()
+        .map(|ride| {
+            let of_bike =
+                |r: &&Said| r.bike() == ride.bike() && r.hidden == "none" && r.id() != ride.id();
+            let others = rides.iter().filter(of_bike).take(k);
+            let own = others.chain([ride]).map(Said::ride).collect();
+            let rows = changes(own).into_iter().filter(|row| row.ident.session_id == ride.id());
+            (ride, rows.collect())
+        })
+        .collect();
+    let mut counts = [[0usize; 2]; 4];
+    println!("{k} other rides");
+    for (ride, rows) in &outcomes {
+        let found: Vec<&ChangeRow> = rows.iter().filter(|r| is_change(r)).collect();
+        let is_right = |r: &&&ChangeRow| r.cause.as_deref() == Some(ride.effect());
+        let is_rival =
+            |r: &&&ChangeRow| r.rivals.iter().any(|r| r.split(", ").any(|n| n == ride.effect()));
+        let place = match (ride.hidden == "none", &found[..]) {
+            (true, []) => 0,
+            (true, _) => 1,
+            (false, []) => 0,
+            (false, _) if found.iter().any(|r| is_right(&r) || is_rival(&r)) => 2,
+            (false, _) => 3,
+        };
+        counts[place][usize::from(ride.hidden != "none")] += 1;
+        if ride.hidden != "none" || !found.is_empty() {
+            let says: Vec<&str> = found.iter().map(|r| r.sentence.as_str()).collect();
+            let mark = ["-", "FALSE", "right", "other"][place];
+            println!(
+                "  {} {} {}: {mark} {}",
+                ride.bike(),
+                ride.id(),
+                ride.hidden,
+                says.join(" | ")
+            );
+        }
+        let sizes = found.iter().filter(is_right).filter_map(|r| Some((r.ci95_low?, r.ci95_high?)));
+        for (low, high) in sizes {
+            let holds = (low..=high).contains(&ride.size());
+            println!(
+                "      interval {}",
+                if holds { "contains the size" } else { "MISSES the size" }
+            );
+        }
+    }
+    println!(
+        "  fault-free: {} as before, {} changed; faulted: {} right, {} other, {} not seen",
+        counts[0][0], counts[1][0], counts[2][1], counts[3][1], counts[0][1]
+    );
+}
+
+fn is_change(row: &ChangeRow) -> bool {
+    matches!(row.verdict.as_str(), "named" | "ambiguous" | "changed")
 }

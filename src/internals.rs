@@ -132,6 +132,10 @@ pub mod diagnose {
     pub mod offroad {
         pub use crate::diagnose::offroad::session::{OffroadDiagnosis, diagnose, log};
     }
+    pub mod reference {
+        pub use crate::diagnose::reference::changes;
+        pub use crate::diagnose::reference::numbers::Ride;
+    }
     pub mod road {
         pub use crate::diagnose::road::session::{
             Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log,
@@ -681,10 +685,10 @@ pub mod store {
             pub use crate::store::tables::ident::Ident;
             pub use crate::store::tables::lap_rows::{LapCornerRow, LapPointRow, LapRow};
             pub use crate::store::tables::rows::{
-                CauseRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow, EventRow,
-                EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow, Provenance,
-                RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError, Truth, TyreRow,
-                WarningRow,
+                CauseRow, ChangeRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow,
+                EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
+                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
+                Truth, TyreRow, WarningRow,
             };
         }
     }

@@ -15,6 +15,7 @@ use crate::cli::batch::{
 };
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
+use crate::diagnose::reference::words as changes;
 use crate::diagnose::{Settings, summary};
 use crate::store::tables::rows::CauseRow;
 
@@ -85,8 +86,12 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         }
         return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
-    for row in finish(&store)? {
-        print(&format.pooled(&row));
+    let over_all = finish(&store)?;
+    for row in &over_all.causes {
+        print(&format.pooled(row));
+    }
+    if format == Format::Words {
+        print(&changes::of_motorcycles(&over_all.changes));
     }
     log();
     tracing::info!("report: {}", out.join("report/index.html"));

@@ -19,6 +19,7 @@ pub(crate) mod engine;
 pub(crate) mod held_out;
 pub(crate) mod levels;
 pub(crate) mod offroad;
+pub(crate) mod reference;
 pub(crate) mod road;
 pub(crate) mod settings;
 pub(crate) mod summary;

@@ -13,6 +13,7 @@ use super::observation::Observation;
 use super::pool::{self, Pooled};
 use super::ratio::{self, Ratio};
 use super::{changes, levels, threshold};
+use crate::statistics::discovery::discovery_rates;
 
 /// One coefficient of one bike over its sessions.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -89,7 +90,7 @@ fn events(histories: &[(&str, History)]) -> Vec<Vec<Event>> {
     // every search ended with a test that found nothing more
     let tests = histories.len() + found.iter().map(Vec::len).sum::<usize>();
     let chances: Vec<f64> = found.iter().flatten().map(|e| e.chance).collect();
-    let rates = threshold::discovery_rates(&chances, tests);
+    let rates = discovery_rates(&chances, tests);
     found.iter_mut().flatten().zip(rates).for_each(|(event, rate)| event.discovery = rate);
     found
 }

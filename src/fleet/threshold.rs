@@ -65,21 +65,6 @@ fn rounded(n: usize, p: usize) -> (usize, usize) {
     (if n > 16 { n / 4 * 4 } else { n }, p.max(1).next_power_of_two())
 }
 
-/// Of tests with these chances, done among `tests` in all, the share of false ones among those that are at least as sure:
-/// Benjamini and Hochberg's (1995) rule, as a number for each.
-pub(crate) fn discovery_rates(chances: &[f64], tests: usize) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..chances.len()).collect();
-    order.sort_by(|a, b| chances[*b].total_cmp(&chances[*a]));
-    let mut rates = vec![1.0; chances.len()];
-    let mut least: f64 = 1.0;
-    for (k, i) in order.into_iter().enumerate() {
-        let rank = chances.len() - k;
-        least = least.min(chances[i] * tests as f64 / rank as f64);
-        rates[i] = least;
-    }
-    rates
-}
-
 /// What a standard normal exceeds, on either side, with that probability.
 pub(crate) fn normal_limit(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(1.0 - probability / 2.0)
@@ -135,18 +120,5 @@ mod tests {
         }
         assert!((limits.chance(limits.get(400, 8), 400, 8) / FALSE_ALARMS - 1.0).abs() < 1e-6);
         assert!((limits.chance(limits.get(20, 8), 20, 8) / FALSE_ALARMS - 1.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn discovery_rates_are_those_of_the_rule() {
-        let rates = discovery_rates(&[0.01, 0.001, 0.04, 0.03], 5);
-        let expected = [0.025, 0.005, 0.05, 0.05];
-        assert!(rates.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{rates:?}");
-        // of a thousand bikes to which nothing happened ten have an event by chance: none is to be believed
-        let rates = discovery_rates(
-            &[0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.01],
-            1010,
-        );
-        assert!(rates.iter().all(|q| *q > 0.9), "{rates:?}");
     }
 }

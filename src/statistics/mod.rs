@@ -8,6 +8,7 @@ pub(crate) mod bisquare;
 pub(crate) mod bounds;
 pub(crate) mod cluster_covariance;
 pub(crate) mod clustered_fit;
+pub(crate) mod discovery;
 pub(crate) mod interval;
 pub(crate) mod loss;
 pub(crate) mod nonlinear;

@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::job_kind::JobKind;
+use super::pooled::OverAll;
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
 use crate::batch::store::folder::Store;
 use crate::batch::store::kind;
-use crate::batch::store::kind::{Kind, SHARED, SHARED_PLACES};
+use crate::batch::store::kind::{CHANGES, Kind, SHARED, SHARED_PLACES};
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::settle;
 use crate::diagnose::{self, Diagnosis, Settings};
@@ -131,18 +132,18 @@ impl DiagnoseWork {
 }
 
 /// Makes what is made over all diagnosed sessions of the output: the rows of `causes` that several
-/// share, which are given back, the same for `run --model`, and the report.
+/// share and of `changes`, which are given back, the same for `run --model`, and the report.
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written.
-pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
+pub fn finish(store: &Store) -> Result<OverAll, Error> {
     empty::write(store.root(), &kind::DIAGNOSE)?;
     let copy = LocalCopy::of(store.root())?;
-    let rows = settle::pooled(store.root(), &copy)?;
+    let over_all = settle::pooled(store.root(), &copy)?;
     store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
-    copy.publish([SHARED, "report"])?;
+    copy.publish([SHARED, CHANGES, "report"])?;
     settle::list_again(store.root(), &copy, &SHARED_PLACES)?;
     store.clear_behind()?;
-    Ok(rows)
+    Ok(over_all)
 }

@@ -1,23 +1,37 @@
-//! What diagnosed sessions share: the pooled rows of `causes`, and the same for `run --model`.
+//! What is made over all diagnosed sessions: the pooled rows of `causes`, the same for `run --model`, and what differs
+//! between a motorcycle's sessions.
 
 use std::path::Path;
 
 use crate::batch::error::Error;
-use crate::batch::store::kind::{SHARED as FOLDER, SHARED_MODEL as MODEL, SHARED_TABLE as TABLE};
+use crate::batch::store::kind::{
+    CHANGES, SHARED as FOLDER, SHARED_MODEL as MODEL, SHARED_TABLE as TABLE,
+};
 use crate::batch::store::local_copy::LocalCopy;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
+use crate::diagnose::reference::{self, numbers::Ride};
 use crate::simulate::effects::pooled_effects::PooledEffects;
 use crate::store::objects::Location;
 use crate::store::tables::by_session::SessionFiles;
-use crate::store::tables::rows::{CauseRow, DiagnosisRow};
+use crate::store::tables::rows::{CauseRow, ChangeRow, DiagnosisRow, EffectTrace, EstimateRow};
 use crate::store::tables::{file, read};
 
-/// Writes both, and gives back the rows.
+/// What is made over all sessions.
+#[derive(Debug, Default)]
+pub struct OverAll {
+    /// Pooled rows of `causes`.
+    pub causes: Vec<CauseRow>,
+    /// Rows of `changes`.
+    pub changes: Vec<ChangeRow>,
+}
+
+/// Writes all of it, and gives back the rows.
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written.
-pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
-    let causes = causes(copy.folder())?;
+pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<OverAll, Error> {
+    let sessions = sessions(copy.folder())?;
+    let causes = causes(copy.folder(), &sessions)?;
     let effects = PooledEffects { pooled: causes.iter().filter_map(|c| c.effect()).collect() };
     let rows: Vec<CauseRow> = causes.into_iter().map(|cause| cause.row).collect();
     let path = Location::Local(copy.folder().join(FOLDER).join(TABLE));
@@ -36,18 +50,44 @@ pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, 
             true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
         }
     }
-    Ok(rows)
+    let changes = changes(copy.folder(), &sessions)?;
+    let path = copy.folder().join(CHANGES).join(format!("{CHANGES}.parquet"));
+    file::write(&Location::Local(path), &changes)?;
+    Ok(OverAll { causes: rows, changes })
+}
+
+/// The diagnosed sessions, in order of path: sums depend on the order, in the last digit.
+fn sessions(out: &Path) -> Result<Vec<DiagnosisRow>, Error> {
+    let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
+    sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
+    Ok(sessions)
+}
+
+/// What differs between a motorcycle's sessions, from `estimates` and `effect_traces`.
+fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Error> {
+    let estimates = SessionFiles::<EstimateRow>::read(out)?;
+    let traces = SessionFiles::<EffectTrace>::read(out)?;
+    let mut rides = Vec::new();
+    for DiagnosisRow { ident, .. } in sessions {
+        let own = Ride {
+            ident: ident.clone(),
+            estimates: estimates.rows(ident)?,
+            traces: traces.rows(ident)?,
+        };
+        // off the road there are none
+        if !own.estimates.is_empty() {
+            rides.push(own);
+        }
+    }
+    Ok(reference::changes(rides))
 }
 
 /// What the sessions of an output share, from their own rows of `causes`.
-fn causes(out: &Path) -> Result<Vec<SharedCause>, Error> {
-    let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
-    // sums depend on the order, in the last digit
-    sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
+fn causes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<SharedCause>, Error> {
     let causes = SessionFiles::<CauseRow>::read(out)?;
     let mut pooling = Pooling::default();
     for session in sessions {
-        let DiagnosisRow { ident, site, poolable, .. } = session;
+        let DiagnosisRow { ident, site, poolable, .. } = session.clone();
         let causes = causes.rows(&ident)?;
         pooling.add(Member { ident, site, sound: poolable }, &causes);
     }

@@ -12,8 +12,10 @@ pub(crate) const SHARED: &str = "causes/bike=_pooled";
 pub(crate) const SHARED_TABLE: &str = "pooled.parquet";
 /// What several sessions share, as a model for `run --model`, below the output.
 pub(crate) const SHARED_MODEL: &str = "models/pooled.toml";
-/// Where what several sessions share is, below the output.
-pub(crate) const SHARED_PLACES: [&str; 2] = [SHARED, SHARED_MODEL];
+/// What differs between a motorcycle's sessions, below the output.
+pub(crate) const CHANGES: &str = "changes";
+/// Where what `diagnose` makes over all sessions is, below the output.
+pub(crate) const SHARED_PLACES: [&str; 3] = [SHARED, SHARED_MODEL, CHANGES];
 
 /// How an output keeps account of a command's sessions.
 #[derive(Debug)]

@@ -1,16 +1,15 @@
 //! The tables that are made over all sessions, so that they fit the sessions': at the end of every batch, and after one that
 //! was killed in between.
 
-use super::kind::{DIAGNOSE, RUN, SHARED, SHARED_PLACES};
+use super::kind::{CHANGES, DIAGNOSE, RUN, SHARED, SHARED_PLACES};
 use super::local_copy::LocalCopy;
 use super::manifest::{self, Manifest};
 use super::switch::Switching;
 use super::verify;
 use crate::batch::error::Error;
-use crate::batch::jobs::pooled;
+use crate::batch::jobs::pooled::{self, OverAll};
 use crate::store::objects::Location;
 use crate::store::tables::registry;
-use crate::store::tables::rows::CauseRow;
 
 /// The fleet's tables.
 ///
@@ -28,18 +27,18 @@ pub(crate) fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
     list_again(root, copy, &made)
 }
 
-/// What diagnosed sessions share.
+/// What diagnosed sessions share, and what differs between a motorcycle's.
 ///
 /// # Errors
 /// As [`fleet`].
-pub(crate) fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
+pub(crate) fn pooled(root: &Location, copy: &LocalCopy) -> Result<OverAll, Error> {
     take_off(root, &SHARED_PLACES)?;
-    let rows = pooled::write(root, copy)?;
+    let over_all = pooled::write(root, copy)?;
     if !root.is_remote() {
-        copy.publish([SHARED])?;
+        copy.publish([SHARED, CHANGES])?;
         list_again(root, copy, &SHARED_PLACES)?;
     }
-    Ok(rows)
+    Ok(over_all)
 }
 
 /// Makes what a killed batch has not: its tables are in place, and what is made over all sessions is older. The output is

@@ -10,17 +10,38 @@
 //! `S` is without the effects' priors in its numerator. So which nominal parameters an effect moves is not
 //! declared by hand: it follows from the ride.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::base::Base;
 use super::parameters::Parameter;
-use super::problem::Problem;
+use super::problem::{Linear, Problem};
 use super::samples::Samples;
 use crate::simulate::effects::Effect;
 use crate::store::tables::rows::{EffectTrace, EstimateRow, Ident};
 
 /// Share of a standard error that a trace of a usual size must reach in a number to be listed.
 const LISTED: f64 = 0.1;
+
+/// Sizes, in usual ones, from which the first order is not enough, and how sure they must be, in standard errors.
+const FAR: f64 = 2.0;
+const SURE: f64 = 5.0;
+/// Sets of slopes of a refit.
+const TIMES: usize = 4;
+
+/// The size of the effect at a place of `all` when the nominal model is refitted with it.
+fn refitted(
+    samples: &Samples,
+    base: &Base,
+    linear: &Linear,
+    place: usize,
+    all: &[Parameter],
+) -> Option<f64> {
+    let known = linear.with(base.parameters.len(), place);
+    let effect = all[place];
+    let refit = base.extended_along(Some(known), samples, &[effect], TIMES);
+    let size = effect.get(&refit.values);
+    size.is_finite().then_some(size)
+}
 
 /// The rows of `estimates` and `effect_traces` of a session; none where the model's curvature has no inverse.
 pub fn estimates(
@@ -36,13 +57,26 @@ pub fn estimates(
     let values = base.problem(samples).relax(&mut linear, &base.values);
     let problem = Problem::new(samples, &base.start, base.sigma, &all);
     let (matrix, gradient) = problem.normal_of(&linear, &values, true);
-    let Some(vector) = Vector::of(&matrix, &gradient, &more, b) else {
+    // an effect that the base lacks is in what it leaves, and is no noise
+    let free = base.with_everything(samples, effects);
+    let noise = Problem::new(samples, &base.start, free.sigma, &all);
+    let (known, _) = noise.normal_of(&noise.linear(&free.values), &free.values, true);
+    let Some(vector) = Vector::of(&matrix, &gradient, &known, &more, b) else {
         return (Vec::new(), Vec::new());
     };
-    let value = |k: usize| match k < b {
-        true => all[k].get(&values),
-        false => vector.sizes[k - b] * all[k].scale,
-    };
+    let sizes: Vec<f64> = (0..effects.len())
+        .map(|e| {
+            let (size, error) = (vector.sizes[e], vector.errors[b + e]);
+            let first = size * more[e].scale;
+            match size.abs() > FAR * effects[e].typical.abs() / more[e].scale
+                && size.abs() > SURE * error
+            {
+                true => refitted(samples, base, &linear, b + e, &all).unwrap_or(first),
+                false => first,
+            }
+        })
+        .collect();
+    let value = |k: usize| if k < b { all[k].get(&values) } else { sizes[k - b] };
     let error = |k: usize| vector.errors[k] * all[k].scale;
     let unit = |k: usize| match k < b {
         true => unit_of(all[k].name),
@@ -82,25 +116,26 @@ struct Vector {
 }
 
 impl Vector {
-    /// From curvature and downhill direction, with the priors; the first `b` are the nominal model's.
+    /// From curvature and downhill direction, with the priors; the first `b` are the nominal model's. `known` is the
+    /// curvature with the noise that all effects leave: the errors are from it.
     fn of(
         matrix: &DMatrix<f64>,
         gradient: &DVector<f64>,
+        known: &DMatrix<f64>,
         more: &[Parameter],
         b: usize,
     ) -> Option<Self> {
         let effects = more.len();
         let own = matrix.view((0, 0), (b, b)).into_owned().cholesky()?;
-        let across = matrix.view((0, b), (b, effects)).into_owned();
-        let moved = own.solve(&across);
-        let left = matrix.view((b, b), (effects, effects)) - across.transpose() * &moved;
+        let (moved, left) = without_nominal(matrix, b, &own);
         let pull = gradient.rows(b, effects) - moved.transpose() * gradient.rows(0, b);
         let prior = |e: usize| more[e].prior.powi(-2);
         let sizes = (0..effects).map(|e| pull[e] / left[(e, e)]).collect();
-        let nominal = own.inverse();
+        let own = known.view((0, 0), (b, b)).into_owned().cholesky()?;
+        let (nominal, alone) = (own.inverse(), without_nominal(known, b, &own).1);
         let errors = (0..b)
             .map(|k| nominal[(k, k)].sqrt())
-            .chain((0..effects).map(|e| left[(e, e)].sqrt().recip()))
+            .chain((0..effects).map(|e| alone[(e, e)].sqrt().recip()))
             .collect();
         let traces = DMatrix::from_fn(b + effects, effects, |k, e| match k < b {
             true => moved[(k, e)],
@@ -111,6 +146,19 @@ impl Vector {
         });
         Some(Vector { sizes, errors, traces })
     }
+}
+
+/// What effects move the nominal parameters by, and the effects' curvature with the nominal model refitted.
+fn without_nominal(
+    matrix: &DMatrix<f64>,
+    b: usize,
+    own: &Cholesky<f64, Dyn>,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let effects = matrix.nrows() - b;
+    let across = matrix.view((0, b), (b, effects));
+    let moved = own.solve(&across);
+    let left = matrix.view((b, b), (effects, effects)) - across.transpose() * &moved;
+    (moved, left)
 }
 
 /// Unit of a parameter of the nominal model.

@@ -2,6 +2,7 @@
 
 pub(crate) mod bars;
 pub(crate) mod cause_labels;
+pub(crate) mod changes;
 pub(crate) mod extended_model;
 pub(crate) mod misfits;
 pub(crate) mod outcome;

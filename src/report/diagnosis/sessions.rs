@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::report::assets::Source;
 use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
-use crate::report::diagnosis::{extended_model, misfits, outcome, overlays, page, tables};
+use crate::report::diagnosis::{changes, extended_model, misfits, outcome, overlays, page, tables};
 use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
@@ -20,7 +20,7 @@ use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::file;
 use crate::store::tables::names::file_name;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample, SimulationError,
+    CauseRow, ChangeRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample, SimulationError,
 };
 
 /// Every diagnosed session of a folder.
@@ -32,6 +32,7 @@ pub(crate) struct Diagnosed {
     discrepancies: Vec<DiscrepancyRow>,
     simulation_errors: Vec<SimulationError>,
     replays: SessionFiles<SimulatedSample>,
+    changes: Vec<ChangeRow>,
 }
 
 #[derive(Debug)]
@@ -74,9 +75,9 @@ impl Diagnosed {
                 coefficients: known.get(key).map(|p| (*p).clone()).filter(|p| !p.is_empty()),
             })
             .collect();
-        let replays = SessionFiles::read(out)?;
+        let (replays, changes) = (SessionFiles::read(out)?, changes::read(out)?);
         let out = out.to_owned();
-        Ok(Diagnosed { out, sessions, causes, discrepancies, simulation_errors, replays })
+        Ok(Diagnosed { out, sessions, causes, discrepancies, simulation_errors, replays, changes })
     }
 
     /// The pages' file names.
@@ -88,6 +89,11 @@ impl Diagnosed {
     pub(crate) fn page_of(&self, ident: &Ident) -> Option<&str> {
         let found = self.sessions.binary_search_by(|s| s.ident.key().cmp(&ident.key())).ok()?;
         Some(&self.sessions[found].page)
+    }
+
+    /// What differs between the rides of each motorcycle.
+    pub(crate) fn motorcycles(&self) -> Vec<changes::Motorcycle> {
+        changes::motorcycles(&self.changes, |ident| self.page_of(ident))
     }
 
     /// Lines of the run's page.
@@ -170,6 +176,7 @@ impl Diagnosed {
             let page = page::build(&session.ident, causes, discrepancies, errors);
             let html = environment.get_template("diagnosis.html")?.render(context! {
                 page => Serde(page),
+                changes => Serde(changes::of_session(&self.changes, &session.ident)),
                 overlays => Serde(overlays),
                 model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),

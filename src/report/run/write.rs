@@ -112,6 +112,7 @@ impl Writer<'_> {
             },
             bikes => Serde(inline),
             listed => Serde(listed),
+            changed => Serde(self.diagnosed.motorcycles()),
             diagnoses => Serde(list(lists::diagnoses(&page.diagnoses))?),
             sessions => Serde(list(lists::sessions(&page.sessions))?),
             rejected => Serde(list(lists::rejected(&page.rejected))?),

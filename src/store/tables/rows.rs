@@ -340,6 +340,29 @@ pub struct EffectTrace {
     pub slope: f64,
 }
 
+/// A row of `changes`, of `diagnose`: what differs between a motorcycle's sessions.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ChangeRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub rides: String,
+    pub n_rides: i64,
+    pub n_others: i64,
+    pub verdict: String,
+    pub cause: Option<String>,
+    pub value: Option<f64>,
+    pub unit: Option<String>,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub t: Option<f64>,
+    pub chance: Option<f64>,
+    pub false_discovery_rate: Option<f64>,
+    pub rivals: Option<String>,
+    pub moved: Option<String>,
+    pub sentence: String,
+}
+
 /// A row of `fleet_ratios`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

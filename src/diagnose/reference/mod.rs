@@ -1,0 +1,140 @@
+//! A motorcycle's other rides as the reference: what differs between its rides, and why.
+//!
+//! ```text
+//! numbers      all that each ride says: parameters of the nominal model, sizes of effects, traces
+//! difference   one number of some rides against the others
+//! explain      the cause that explains the differences of all numbers
+//! search       over rides and dates
+//! words        in sentences
+//! ```
+//!
+//! What a method gets wrong of a motorcycle is the same in all its rides, and cancels. So sizes that the single ride cannot
+//! tell from its own errors stand out. A fault that all rides share stays unseen here: the single ride's diagnosis looks for it.
+//! The method is that of `book/src/diagnosis.md`, its section on other rides.
+
+pub(crate) mod difference;
+pub(crate) mod explain;
+pub(crate) mod numbers;
+pub(crate) mod search;
+pub(crate) mod words;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::statistics::discovery::discovery_rates;
+use crate::store::tables::rows::{ChangeRow, Ident};
+use difference::OTHERS;
+use numbers::{History, Ride};
+use search::{Change, Found, Rides, search};
+
+/// Share of false ones among the changes that are reported.
+pub(crate) const FALSE_DISCOVERIES: f64 = 0.05;
+
+/// The rows of `changes` of an output's rides, in order of motorcycle and time.
+pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
+    let mut bikes: BTreeMap<String, Vec<Ride>> = BTreeMap::new();
+    for ride in rides {
+        bikes.entry(ride.ident.bike_id.clone()).or_default().push(ride);
+    }
+    let compared: Vec<(History, Found)> = bikes
+        .into_values()
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|rides| {
+            let history = History::new(rides);
+            let found = match history.len() > OTHERS {
+                true => search(&history),
+                false => Found::default(),
+            };
+            (history, found)
+        })
+        .collect();
+    let tried = compared.iter().map(|(_, found)| found.tried).sum();
+    let all = || compared.iter().flat_map(|(_, found)| &found.changes);
+    let rates = discovery_rates(&all().map(|c| c.chance).collect::<Vec<_>>(), tried);
+    let mut rate = rates.into_iter();
+    let mut rows = Vec::new();
+    for (history, found) in &compared {
+        let sure: Vec<(&Change, f64)> =
+            found.changes.iter().zip(&mut rate).filter(|(_, r)| *r <= FALSE_DISCOVERIES).collect();
+        rows.extend(of_motorcycle(history, found, &sure));
+    }
+    rows
+}
+
+/// The rows of one motorcycle: each ride's changes, or that it is as before; what changed since it.
+fn of_motorcycle(history: &History, found: &Found, sure: &[(&Change, f64)]) -> Vec<ChangeRow> {
+    let mut rows = Vec::new();
+    for ride in 0..history.len() {
+        let own = |rides: Rides| sure.iter().filter(move |(c, _)| c.rides == rides);
+        let mut own_rows: Vec<ChangeRow> =
+            own(Rides::One(ride)).map(|(c, rate)| changed(history, c, *rate)).collect();
+        if own_rows.is_empty() {
+            own_rows.push(as_before(history, found, ride));
+        }
+        rows.extend(own_rows);
+        rows.extend(own(Rides::Since(ride)).map(|(c, rate)| changed(history, c, *rate)));
+    }
+    rows
+}
+
+/// The row of a change.
+fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
+    let inside = (0..history.len()).filter(|i| change.rides.has(*i)).count();
+    let others = history.len() - inside;
+    let number = &history.numbers[change.cause];
+    let verdict = match (number.effect, change.rivals.is_empty()) {
+        (None, _) => "changed",
+        (Some(_), true) => "named",
+        (Some(_), false) => "ambiguous",
+    };
+    let listed = |names: Vec<String>| (!names.is_empty()).then(|| names.join(", "));
+    let rivals = change.rivals.iter().map(|p| history.numbers[*p].name.clone()).collect();
+    let moved = |m: &search::Moved| words::moved(&history.numbers[m.number], m.by);
+    ChangeRow {
+        ident: history.rides[change.rides.first()].clone(),
+        rides: match change.rides {
+            Rides::One(_) => "ride",
+            Rides::Since(_) => "since",
+        }
+        .to_owned(),
+        n_rides: inside as i64,
+        n_others: others as i64,
+        verdict: verdict.to_owned(),
+        cause: Some(number.name.clone()),
+        value: Some(change.size),
+        unit: Some(number.unit.clone()),
+        ci95_low: Some(change.size - change.half_width),
+        ci95_high: Some(change.size + change.half_width),
+        t: Some(change.t),
+        chance: Some(change.chance),
+        false_discovery_rate: Some(rate),
+        rivals: listed(rivals),
+        moved: listed(change.moved.iter().map(moved).collect()),
+        sentence: words::sentence(history, change, others),
+    }
+}
+
+/// The row of a ride of which nothing changed, or that cannot be compared.
+fn as_before(history: &History, found: &Found, ride: usize) -> ChangeRow {
+    let ident: Ident = history.rides[ride].clone();
+    let n_others = history.len() as i64 - 1;
+    let row =
+        ChangeRow { ident, rides: "ride".to_owned(), n_rides: 1, n_others, ..ChangeRow::default() };
+    match found.largest.iter().find(|l| l.ride == ride) {
+        Some(largest) => ChangeRow {
+            verdict: "as_before".to_owned(),
+            t: Some(largest.moved.by.t()),
+            chance: Some(largest.chance),
+            moved: Some(words::moved(&history.numbers[largest.moved.number], largest.moved.by)),
+            sentence: format!("as the motorcycle's {n_others} other rides"),
+            ..row
+        },
+        None => ChangeRow {
+            verdict: "too_few".to_owned(),
+            sentence: format!("{n_others} other rides of the motorcycle: {OTHERS} are needed"),
+            ..row
+        },
+    }
+}

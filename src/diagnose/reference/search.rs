@@ -1,0 +1,355 @@
+//! What changed on one motorcycle, ride by ride and since when: the search over rides and dates.
+//!
+//! Of all sets of rides - each ride by itself, all since a ride - the one that differs most from the others is taken, if
+//! chance alone does not make one so different; its cause is looked for, taken out of the rides, and the rest is searched again.
+
+use super::difference::{Difference, OTHERS, difference};
+use super::explain::{Candidate, candidates, trace};
+use super::numbers::{History, Number};
+use crate::statistics::order::median_of_finite;
+
+/// Chance that a motorcycle of which nothing changed is said to have changed, per search.
+pub(crate) const FALSE_ALARMS: f64 = 0.05;
+/// Fewest rides since a change that are not one odd ride.
+const SINCE: usize = 2;
+/// Most findings of a motorcycle, and of each set of rides.
+const MOST: [usize; 2] = [12, 3];
+/// Sets of rides whose causes are compared, those that differ most by their largest number.
+const COMPARED: usize = 6;
+/// A rival explains as much but for this difference of log-likelihood: 1 in 20.
+const RIVAL: f64 = 3.0;
+/// Squared standard deviations by which a rival's own size may be less clear.
+const CLEARER: f64 = 9.0;
+/// Believed scatter between fault-free rides over the usual standard error, of effects and of nominal parameters: on 44 rides
+/// of four machines of the population 0.1 to 2.6, and 0.1 to 7.6 (zeros of sensors).
+const RATIO: f64 = 1.5;
+const NOMINAL: f64 = 4.0;
+/// Natural scatter between rides of what a rider, the weather and the pads change, as shares: the posture, the tyres' warmth,
+/// the pads' warmth.
+const NATURAL: &[(&str, f64)] = &[
+    ("drag", 0.05),
+    ("rolling_resistance", 0.1),
+    ("brake_gain_front", 0.03),
+    ("brake_gain_rear", 0.03),
+];
+/// Standard errors from which on an effect's own number says its size.
+const CLEAR: f64 = 4.0;
+/// Share of a size that is not known, as it is found to first order only.
+const FIRST_ORDER: f64 = 0.08;
+/// Most numbers that are listed of a change, and the chance of each below which it is.
+const LISTED: usize = 5;
+const MOVED: f64 = 0.001;
+
+/// Rides that are held against the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rides {
+    /// One ride.
+    One(usize),
+    /// All from one on.
+    Since(usize),
+}
+
+impl Rides {
+    /// Whether a ride is one of them.
+    pub(crate) fn has(self, ride: usize) -> bool {
+        match self {
+            Rides::One(own) => own == ride,
+            Rides::Since(first) => ride >= first,
+        }
+    }
+
+    /// The first of them.
+    pub(crate) fn first(self) -> usize {
+        match self {
+            Rides::One(ride) | Rides::Since(ride) => ride,
+        }
+    }
+
+    /// All sets of so many rides.
+    pub(crate) fn all(n: usize) -> Vec<Rides> {
+        let since = (OTHERS..(n + 1).saturating_sub(SINCE)).map(Rides::Since);
+        (0..n).map(Rides::One).chain(since).collect()
+    }
+}
+
+/// A number that moved.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Moved {
+    /// Its place in the history's numbers.
+    pub number: usize,
+    /// By how much, and how sure that is.
+    pub by: Difference,
+}
+
+/// Something that changed.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Change {
+    /// The rides that differ.
+    pub rides: Rides,
+    /// The number that explains most: an effect, or a parameter of the nominal model whose cause is not known.
+    pub cause: usize,
+    /// Its size.
+    pub size: f64,
+    /// Half of its 95 % interval.
+    pub half_width: f64,
+    /// Over its standard error.
+    pub t: f64,
+    /// Effects that explain it as well.
+    pub rivals: Vec<usize>,
+    /// The numbers that moved most.
+    pub moved: Vec<Moved>,
+    /// Chance that any number of these rides differs as much where nothing changed.
+    pub chance: f64,
+}
+
+/// A ride's largest difference, whether beyond chance or not.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Largest {
+    /// The ride.
+    pub ride: usize,
+    /// The number.
+    pub moved: Moved,
+    /// Chance that any number of the ride differs as much where nothing changed.
+    pub chance: f64,
+}
+
+/// What a search gives.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Found {
+    /// What changed, in the order in which it was found.
+    pub changes: Vec<Change>,
+    /// Of each ride that can be compared the largest difference that is left.
+    pub largest: Vec<Largest>,
+    /// Sets of rides that were tried.
+    pub tried: usize,
+}
+
+/// Searches a motorcycle's rides.
+pub(crate) fn search(history: &History) -> Found {
+    let mut rest = history.clone();
+    let sets = Rides::all(history.len());
+    let mut changes: Vec<Change> = Vec::new();
+    while changes.len() < MOST[0] {
+        let Some(change) = strongest(&rest, &sets, &changes) else { break };
+        take_out(&mut rest, &change);
+        changes.push(change);
+    }
+    let largest = (0..history.len()).filter_map(|ride| {
+        let (moved, chance) = Evidence::new(&rest, Rides::One(ride)).largest()?;
+        Some(Largest { ride, moved, chance })
+    });
+    Found { changes, largest: largest.collect(), tried: sets.len() }
+}
+
+/// What some rides say against the others.
+#[derive(Debug, Clone)]
+pub(crate) struct Evidence {
+    /// The difference of every number.
+    pub numbers: Vec<Option<Difference>>,
+    /// Of every effect the difference of the sum of numbers that shows it best: its place in the numbers first.
+    pub sums: Vec<(usize, Difference)>,
+}
+
+impl Evidence {
+    /// Of some rides.
+    pub(crate) fn new(history: &History, rides: Rides) -> Self {
+        let of = |p: usize| {
+            let (values, errors) = (&history.values[p], &history.errors[p]);
+            let scatter = scatter(&history.numbers[p], values, errors);
+            difference(values, errors, |i| rides.has(i), scatter)
+        };
+        let numbers: Vec<Option<Difference>> = (0..history.numbers.len()).map(of).collect();
+        let middle: Vec<f64> = history.values.iter().map(|v| middle(v)).collect();
+        let effects = history.traces.iter().map(|(effect, _)| *effect);
+        let sums = effects.filter_map(|effect| {
+            let trace = trace(history, effect, |i| rides.has(i));
+            Some((effect, sum(history, rides, &numbers, &trace, &middle)?))
+        });
+        Evidence { sums: sums.collect(), numbers }
+    }
+
+    /// Every number and sum, in the order of their chance.
+    fn by_chance(&self) -> Vec<(Moved, f64)> {
+        let numbers = self.numbers.iter().enumerate().filter_map(|(p, d)| Some((p, (*d)?)));
+        let all = numbers.chain(self.sums.iter().copied());
+        let mut all: Vec<(Moved, f64)> =
+            all.map(|(number, by)| (Moved { number, by }, by.chance())).collect();
+        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        all
+    }
+
+    /// The number that differs most, and the chance that any does as much (Bonferroni).
+    fn largest(&self) -> Option<(Moved, f64)> {
+        let all = self.by_chance();
+        let count = all.len() as f64;
+        all.into_iter().next().map(|(moved, chance)| (moved, (chance * count).min(1.0)))
+    }
+
+    /// How well the size of a cause is known.
+    fn of_cause(&self, cause: usize) -> Option<Difference> {
+        let sum = self.sums.iter().find(|(effect, _)| *effect == cause);
+        sum.map(|(_, d)| *d).or(self.numbers[cause])
+    }
+}
+
+/// Believed scatter between rides.
+fn scatter(number: &Number, values: &[f64], errors: &[f64]) -> f64 {
+    let usual = |of: &[f64]| median_of_finite(of).unwrap_or(f64::NAN);
+    let ratio = if number.effect.is_some() { RATIO } else { NOMINAL };
+    let share =
+        NATURAL.iter().find(|(name, _)| *name == number.name).map_or(0.0, |(_, share)| *share);
+    (ratio * usual(errors)).hypot(share * usual(values))
+}
+
+fn middle(values: &[f64]) -> f64 {
+    median_of_finite(values).unwrap_or(0.0)
+}
+
+/// The difference of the sum of numbers that shows an effect best if they scatter independently; that they do not is in the
+/// scatter of the sum itself, from ride to ride.
+fn sum(
+    history: &History,
+    rides: Rides,
+    numbers: &[Option<Difference>],
+    trace: &[f64],
+    middle: &[f64],
+) -> Option<Difference> {
+    let of = |(d, t): (&Option<Difference>, &f64)| d.map_or(0.0, |d| t / d.error.powi(2));
+    let weight: Vec<f64> = numbers.iter().zip(trace).map(of).collect();
+    let information: f64 = weight.iter().zip(trace).map(|(w, t)| w * t).sum();
+    if !(information > 0.0 && information.is_finite()) {
+        return None;
+    }
+    let value = |i: usize| {
+        let known = |p: &usize| weight[*p] != 0.0 && history.values[*p][i].is_finite();
+        let (top, bottom) = (0..weight.len()).filter(known).fold((0.0, 0.0), |(top, bottom), p| {
+            let moved = history.values[p][i] - middle[p];
+            (top + weight[p] * moved, bottom + weight[p] * trace[p])
+        });
+        // a ride that knows little of it says nothing
+        if bottom > 0.5 * information { top / bottom } else { f64::NAN }
+    };
+    let values: Vec<f64> = (0..history.len()).map(value).collect();
+    let inside = (0..history.len()).filter(|i| rides.has(*i)).count() as f64;
+    let others = history.len() as f64 - inside;
+    let error = (information * (inside.recip() + others.recip())).sqrt().recip();
+    difference(&values, &vec![error; values.len()], |i| rides.has(i), error)
+}
+
+/// The change that is least by chance, if it is beyond it.
+fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Change> {
+    let limit = FALSE_ALARMS / sets.len() as f64;
+    let is_open = |rides: &&Rides| known.iter().filter(|c| c.rides == **rides).count() < MOST[1];
+    let mut tried: Vec<(Rides, Evidence, f64)> = sets
+        .iter()
+        .filter(is_open)
+        .filter_map(|rides| {
+            let evidence = Evidence::new(history, *rides);
+            let (_, chance) = evidence.largest()?;
+            (chance <= limit).then_some((*rides, evidence, chance))
+        })
+        .collect();
+    tried.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let changes = tried.into_iter().take(COMPARED).filter_map(|(rides, evidence, chance)| {
+        let (change, gain) = caused(history, rides, &evidence, chance)?;
+        Some((gain, change))
+    });
+    changes.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
+}
+
+/// The change of some rides with its cause, and what the cause explains.
+fn caused(
+    history: &History,
+    rides: Rides,
+    evidence: &Evidence,
+    chance: f64,
+) -> Option<(Change, f64)> {
+    let differences = &evidence.numbers;
+    let all = candidates(history, differences, |i| rides.has(i));
+    let is_possible = |c: &&Candidate| match history.numbers[c.number].effect {
+        Some(effect) => effect.in_bounds(c.size),
+        None => true,
+    };
+    let possible: Vec<&Candidate> = all.iter().filter(is_possible).collect();
+    let best = possible.first()?;
+    // of effects that explain as much, the one whose own size is clearest
+    let near: Vec<&Candidate> = possible
+        .iter()
+        .filter(|c| c.gain >= best.gain - RIVAL && history.numbers[c.number].effect.is_some())
+        .copied()
+        .collect();
+    let clear = |c: &Candidate, other: &Candidate| clearness(history, rides, differences, c, other);
+    let is_clearer = |a: &Candidate, b: &Candidate| clear(a, b) > clear(b, a);
+    let cause = near.iter().copied().fold(*best, |best, c| {
+        let both = history.numbers[best.number].effect.is_some();
+        if both && is_clearer(c, best) { c } else { best }
+    });
+    let rivals = near
+        .iter()
+        .filter(|c| c.number != cause.number && clear(cause, c) - clear(c, cause) < CLEARER)
+        .map(|c| c.number)
+        .collect();
+    let error = evidence.of_cause(cause.number)?;
+    // a large size of its own is beyond the first order
+    let own = differences[cause.number].filter(|d| d.t().abs() > CLEAR);
+    let size = own.map_or(cause.size, |d| d.size);
+    let moved = evidence.by_chance().into_iter().filter(|(_, chance)| *chance < MOVED);
+    let mut seen: Vec<Moved> = Vec::new();
+    for (moved, _) in moved {
+        if seen.len() < LISTED && seen.iter().all(|m| m.number != moved.number) {
+            seen.push(moved);
+        }
+    }
+    let change = Change {
+        rides,
+        cause: cause.number,
+        size,
+        half_width: error.half_width().hypot(1.96 * FIRST_ORDER * size),
+        t: error.t(),
+        rivals,
+        moved: seen,
+        chance,
+    };
+    Some((change, cause.gain))
+}
+
+/// Squared size of a candidate's own number in standard errors from noise, times the larger scatter of the two over the noise.
+fn clearness(
+    history: &History,
+    rides: Rides,
+    differences: &[Option<Difference>],
+    of: &Candidate,
+    other: &Candidate,
+) -> f64 {
+    let usual = |errors: Vec<f64>| median_of_finite(&errors).unwrap_or(f64::NAN);
+    let inside = |c: &Candidate| {
+        let own = (0..history.len()).filter(|i| rides.has(*i));
+        usual(own.map(|i| history.errors[c.number][i]).collect())
+    };
+    let ratio = |c: &Candidate| {
+        let noise = usual(history.errors[c.number].clone());
+        differences[c.number].map_or(f64::NAN, |d| (d.error / noise).max(1.0))
+    };
+    let own = differences[of.number].map_or(0.0, |d| d.size / inside(of));
+    (own / ratio(of).max(ratio(other))).powi(2)
+}
+
+/// Takes a change out of the rides that differ: an effect with all that it moves; of a change whose cause is not known the
+/// number itself.
+fn take_out(history: &mut History, change: &Change) {
+    let inside: Vec<usize> = (0..history.len()).filter(|i| change.rides.has(*i)).collect();
+    let traces = history.traces.iter().find(|(number, _)| *number == change.cause).cloned();
+    for i in inside {
+        match &traces {
+            Some((_, by_ride)) => {
+                for (p, t) in by_ride[i].iter().enumerate() {
+                    let moved = change.size * t;
+                    history.values[p][i] -= moved;
+                    // what is left of it is known as well as its size is
+                    history.errors[p][i] = history.errors[p][i].hypot(FIRST_ORDER * moved);
+                }
+            }
+            None => history.values[change.cause][i] -= change.size,
+        }
+    }
+}

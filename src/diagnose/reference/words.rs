@@ -1,0 +1,131 @@
+//! Changes in words.
+
+use super::difference::Difference;
+use super::numbers::{History, Number};
+use super::search::{Change, Rides};
+use crate::statistics::number_format::{decimals, fixed};
+use crate::store::tables::rows::ChangeRow;
+
+/// Parameters of the nominal model as a rider calls them.
+const PARAMETERS: &[(&str, &str)] = &[
+    ("drag", "the aerodynamic drag"),
+    ("rolling_resistance", "the rolling resistance"),
+    ("brake_gain_front", "the front brake's torque per pressure"),
+    ("brake_gain_rear", "the rear brake's torque per pressure"),
+    ("radius_front", "the front rolling radius"),
+    ("radius_rear", "the rear rolling radius"),
+    ("mf_b_front", "the front slip stiffness factor"),
+    ("mf_d_front", "the front peak friction"),
+    ("mf_e1_front", "the shape of the front friction curve"),
+    ("mf_b_rear", "the rear slip stiffness factor"),
+    ("mf_d_rear", "the rear peak friction"),
+    ("mf_e1_rear", "the shape of the rear friction curve"),
+    ("mf_e2_rear", "the load dependence of the rear friction curve"),
+    ("cornering_stiffness_front", "the front cornering stiffness (minus its logarithm)"),
+    ("stiffness_decay_front", "the loss of front cornering stiffness with camber"),
+    ("cornering_stiffness_rear", "the rear cornering stiffness (minus its logarithm)"),
+    ("stiffness_decay_rear", "the loss of rear cornering stiffness with camber"),
+    (
+        "overturning_stiffness",
+        "the height over which the motorcycle leans (crowns, place of the rider)",
+    ),
+    ("crown_ratio", "the crown radius of the tyres over their width"),
+    ("deflection_share", "the share of a tyre's deflection by which it rolls shorter"),
+    ("slip_stiffness_load", "the growth of the slip stiffness with load"),
+    ("vertical_stiffness_front", "the front vertical stiffness"),
+    ("dive_arm_front", "the motion of the front contact in a dive"),
+    ("dive_arm_rear", "the motion of the rear contact in a dive"),
+    ("pitch_gyration", "the pitch inertia"),
+    ("roll_inertia", "the roll inertia"),
+    ("roll_rate_term", "the lateral acceleration per roll rate"),
+    ("yaw_rate_zero", "the zero of the yaw rate"),
+    ("acceleration_y_zero", "the zero of the lateral acceleration"),
+    ("acceleration_x_zero", "the zero of the longitudinal acceleration"),
+    ("velocity_y_zero", "the zero of the lateral velocity"),
+    ("attitude_scale", "the scale of the measured lean"),
+    ("sag_front", "how far the front springs give"),
+    ("sag_rear", "how far the rear springs give"),
+    ("attitude_delay", "the delay of the measured lean"),
+    ("velocity_height", "the height at which the lateral velocity is measured"),
+    ("accelerometer_ahead", "how far ahead the accelerometer sits"),
+    ("accelerometer_height", "the height of the accelerometer"),
+    ("accelerometer_yaw", "how far the accelerometer is turned"),
+];
+
+/// A parameter of the nominal model in words; its name where there are none.
+pub(crate) fn parameter(name: &str) -> &str {
+    PARAMETERS.iter().find(|(known, _)| *known == name).map_or(name, |(_, words)| words)
+}
+
+/// A size with its interval and unit: `2.02 m/s (1.84 to 2.20)`.
+pub(crate) fn size(value: f64, half_width: f64, unit: &str) -> String {
+    let places = decimals(half_width);
+    let [low, high] = [value - half_width, value + half_width].map(|x| fixed(x, places));
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    format!("{}{unit} ({low} to {high})", fixed(value, places))
+}
+
+/// What changed, of each motorcycle that has rides enough: how many are as before, then each change. A motorcycle of which
+/// nothing changed has one line. Nothing where none can be compared.
+pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
+    let mut text = String::new();
+    for rows in rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id) {
+        let rides = || rows.iter().filter(|r| r.rides == "ride" && r.verdict != "too_few");
+        let same = rides().filter(|r| r.verdict == "as_before").count();
+        let changes = rows.iter().filter(|r| is_change(r));
+        let odd = rides().filter(|r| is_change(r)).map(|r| &r.ident.session_id);
+        let odd = odd.collect::<std::collections::BTreeSet<_>>().len();
+        if same + odd == 0 {
+            continue;
+        }
+        text += &format!("{}: {same} of {} rides as before\n", rows[0].ident.bike_id, same + odd);
+        for row in changes {
+            text += &format!("  {}: {}\n", place(row), row.sentence);
+        }
+    }
+    text
+}
+
+/// Whether a row says that something changed.
+pub(crate) fn is_change(row: &ChangeRow) -> bool {
+    matches!(row.verdict.as_str(), "named" | "ambiguous" | "changed")
+}
+
+/// Where and when: the session and its date, `since` before it where all later ones are meant.
+pub(crate) fn place(row: &ChangeRow) -> String {
+    let session = &row.ident.session_id;
+    let date = row.ident.start_time.as_deref().and_then(|t| t.get(..10));
+    let place = date.map_or(session.clone(), |date| format!("{session} ({date})"));
+    if row.rides == "since" { format!("since {place}") } else { place }
+}
+
+/// A change as a sentence.
+pub(crate) fn sentence(history: &History, change: &Change, others: usize) -> String {
+    let number = &history.numbers[change.cause];
+    let against = match (change.rides, others) {
+        (Rides::One(_), n) => format!("against the motorcycle's {n} other rides"),
+        (Rides::Since(_), n) => format!("since then, against the {n} rides before"),
+    };
+    let size = size(change.size, change.half_width, &number.unit);
+    let text = match number.effect {
+        Some(effect) => {
+            format!("{} {size} {against}: {}", number.name, effect.sentence_of(change.size))
+        }
+        None => {
+            format!("cause unknown: {} changed by {size} {against}", parameter(&number.name))
+        }
+    };
+    let rivals: Vec<&str> =
+        change.rivals.iter().map(|p| history.numbers[*p].name.as_str()).collect();
+    match rivals.is_empty() {
+        true => text,
+        false => format!("{text}; or {}", rivals.join(", ")),
+    }
+}
+
+/// A number that moved, by how much, and over its standard error: `radius_front 0.00061 m (t 7.3)`.
+pub(crate) fn moved(number: &Number, by: Difference) -> String {
+    let value = fixed(by.size, decimals(by.error));
+    let unit = if number.unit == "1" { String::new() } else { format!(" {}", number.unit) };
+    format!("{} {value}{unit} (t {:.1})", number.name, by.t())
+}
