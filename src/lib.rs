@@ -166,12 +166,12 @@ pub use store::tables::registry::{schema_files, schema_text};
 pub use batch::error::Error as BatchError;
 pub use batch::jobs::bikes::{BikeFile, hash_settings};
 pub use batch::jobs::diagnose::{DiagnoseWork, finish as finish_diagnose};
-pub use batch::jobs::pooled::OverAll;
 pub use batch::jobs::distributed::{Answer, Driver, Task, Terms, Worker};
 pub use batch::jobs::in_memory::{
     Log, NO_PATH, Tables, diagnose as diagnose_session, run as run_session,
 };
 pub use batch::jobs::job_kind::JobKind;
+pub use batch::jobs::pooled::OverAll;
 pub use batch::jobs::run::{RunWork, finish as finish_run};
 pub use batch::jobs::work::{Work, guarded};
 pub use batch::settings::{Maps, Settings as BatchSettings};

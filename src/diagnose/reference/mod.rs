@@ -16,6 +16,8 @@ pub(crate) mod difference;
 pub(crate) mod explain;
 pub(crate) mod numbers;
 pub(crate) mod search;
+#[cfg(test)]
+mod tests;
 pub(crate) mod words;
 
 use std::collections::BTreeMap;

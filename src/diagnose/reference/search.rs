@@ -34,6 +34,8 @@ const NATURAL: &[(&str, f64)] = &[
 ];
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
+/// Share of what a cause moves that may be left when it is taken out.
+const LEFT: f64 = 0.15;
 /// Share of a size that is not known, as it is found to first order only.
 const FIRST_ORDER: f64 = 0.08;
 /// Most numbers that are listed of a change, and the chance of each below which it is.
@@ -346,7 +348,7 @@ fn take_out(history: &mut History, change: &Change) {
                     let moved = change.size * t;
                     history.values[p][i] -= moved;
                     // what is left of it is known as well as its size is
-                    history.errors[p][i] = history.errors[p][i].hypot(FIRST_ORDER * moved);
+                    history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved);
                 }
             }
             None => history.values[change.cause][i] -= change.size,
