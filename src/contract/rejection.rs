@@ -76,7 +76,7 @@ texts! {
         UnknownFormat: "unknown_format", "The log is of no format that is read.";
         UnknownVersion: "unknown_version", "The log's format is of a version that is not read.";
         UnknownCompression: "unknown_compression", "The log is packed in a way that is not read.";
-        NotParquet: "not_parquet", "The log is named as Parquet and is none.";
+        NotParquet: "not_parquet", "The log has the name of a Parquet file and is none.";
         NoTable: "no_table", "The text has no table of numbers.";
         CellCount: "cell_count", "Too many lines have another number of cells than the header.";
         BadCell: "bad_cell", "Too many cells are no numbers.";

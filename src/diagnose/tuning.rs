@@ -53,12 +53,12 @@ macro_rules! tuning {
 }
 
 tuning! {
-    /// What decides whether a candidate is named on the road. Scores are in units of what 19 of 20 null
+    /// What decides whether a candidate is named on the road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     RoadTuning, ROAD:
     alarm: f64 = 1.75,
-        "Score from which there is an alarm, and that a named candidate and its equivalents must have.",
-        "null simulations are the model's own: of 57 rides of other machines with nothing hidden five are named from 1.25, \
+        "Score from which there is an alarm, and that an identified candidate and its equivalents must have.",
+        "fault-free simulations are the model's own: of 57 rides of other machines with nothing hidden a cause is found in five from 1.25, \
          four from 1.5, none from 1.75; of 45 effects above two limits 44 at each";
     gain: f64 = 12.0,
         "Least gain of the joint fit with the first cause.",
@@ -76,8 +76,8 @@ tuning! {
         "Share of the best gain from which a candidate is an equivalent.",
         "a cosine of 0.9, at which a rival gains four fifths; the prototype's class held the true effect in 0.97 and 0.92 of its archives";
     contradicts: f64 = 1.4,
-        "Structure that objects to a named cause, in what 19 of 20 fault-free simulations on the model stay below.",
-        "at 1.0 the prototype flagged 16 to 25 of 100 rightly named archives as incomplete";
+        "Structure that objects to an identified cause, in what 19 of 20 fault-free simulations on the model stay below.",
+        "at 1.0 the prototype flagged 16 to 25 of 100 correctly diagnosed archives as incomplete";
     touches: f64 = 0.1,
         "Share of what a cause changes that is in the structure's channel when the structure objects to it.",
         "no measurement is on record";
@@ -91,28 +91,28 @@ tuning! {
         "Share of a channel's noise below which the noise is learnt anew from the model with the causes.",
         "saves simulations; no measurement is on record";
     look: f64 = 0.7,
-        "Score on the stage before from which candidates are held against null simulations of their own stage.",
+        "Score on the stage before from which candidates are compared with fault-free simulations of their own stage.",
         "saves simulations: the margin to `alarm` is for what a score moves between stages; no measurement is on record";
     nulls_of_stage: usize = 16,
-        "Most null simulations on a model with causes.",
+        "Most fault-free simulations on a model with causes.",
         "error of the calibration against time";
     nulls_of_sizes: usize = 6,
-        "Null simulations of a first look at how much of a size a fit gives back.",
+        "Fault-free simulations of a first look at how much of a size a fit gives back.",
         "saves simulations: only a size that is off by `off_size` is simulated again";
     off_size: f64 = 0.1,
         "How far, as a share, a size may be from the simulated one.",
         "saves simulations; no measurement is on record";
     share_prior: f64 = 0.3,
         "Prior standard deviation, about one, of the share of a true size that a fit gives back.",
-        "so few simulations leave the share itself uncertain; a size within its noise tells nothing of it";
+        "so few simulations leave the share itself uncertain; a size within its noise says nothing of it";
 }
 
 tuning! {
-    /// What decides whether a candidate is named off-road. Scores are in units of what 19 of 20 null
+    /// What decides whether a candidate is named off-road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     OffroadTuning, OFFROAD:
     alarm: f64 = 1.0,
-        "Score from which there is an alarm, and that a named candidate must have itself.",
+        "Score from which there is an alarm, and that an identified candidate must have itself.",
         "what 19 of 20 fault-free simulations stay below, by construction";
     gain: f64 = 30.0,
         "Least gain of the joint fit with the first cause.",
@@ -130,13 +130,13 @@ tuning! {
         "Share of the best gain from which a candidate is an equivalent.",
         "as on the road";
     independent: f64 = 0.3,
-        "Share of its gain that a rival keeps beside the named one if it is a cause of its own.",
+        "Share of its gain that a rival keeps beside the identified one if it is a cause of its own.",
         "no measurement is on record";
     vague: f64 = 0.5,
         "Standard error of a frequency's logarithm from which it is not known.",
         "a factor of 2.7 between the ends of the 95 % interval and the value";
     small: f64 = 0.15,
-        "Share of a usual size below which a force of the suspension is not worth a name.",
+        "Share of a usual size below which a force of the suspension is not worth reporting.",
         "what a bike file is usually known to";
 }
 
@@ -148,7 +148,7 @@ pub fn reference(changes: Option<(usize, &[[usize; 2]])>) -> String {
         `cargo run --release --example constants -- --rides 20 > book/src/reference/constants.md` writes this \
         page. What each constant decides and what set it is declared beside it in `src/diagnose/tuning.rs`; \
         the prototype is that of [Diagnosis](../diagnosis.md), section 3.1. Scores are in units of what 19 of 20 \
-        null simulations stay below, gains are falls of twice the loss.\n"
+        fault-free simulations stay below, gains are falls of twice the loss.\n"
         .to_owned();
     text += "\n## On the road\n\n";
     match changes {

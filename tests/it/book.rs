@@ -150,7 +150,7 @@ fn constants_are_those_of_the_naming() {
 fn effects_are_those_that_are_looked_for() {
     let mut text = format!(
         "# Effects that diagnose looks for\n\n{} on the road. `[effects]` of a scenario switches each one on, by the same name and in \
-         the same unit.\n\n| effect | what happens | where its size has the other sign | unit | usual size | belongs to | hard to tell from | told apart by |\n\
+         the same unit.\n\n| effect | what happens | where its size has the other sign | unit | usual size | belongs to | alike in a ride | separated by |\n\
          |---|---|---|---|---|---|---|---|\n",
         ALL.len()
     );
@@ -219,7 +219,7 @@ fn formats_are_those_of_the_registry() {
     let mut text = String::from(
         "# Formats of logs\n\nWhat `format` of a channel map may be, in the order in which a log's format is looked for. Of the maps \
          that come with the program the first that fits is taken where none is given.\n\n| `format` | what it is | files | channels \
-         are named by | maps that come with the program |\n|---|---|---|---|---|\n",
+         are called by | maps that come with the program |\n|---|---|---|---|---|\n",
     );
     let list = |names: Vec<String>| names.join(", ");
     for format in FORMATS {

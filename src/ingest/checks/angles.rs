@@ -248,7 +248,7 @@ fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Finding {
     }
 }
 
-/// The handlebar against the path's curvature in slow bends, (2).
+/// The handlebar against the path's curvature in slow corners, (2).
 fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
     let (Some(v), Some(r), Some(delta)) =
         (view.get(Channel::VelocityX), view.get(Channel::YawRate), view.get(Channel::SteerAngle))

@@ -83,7 +83,7 @@ pub const CHECKS: &[Check] = &[
     check(RejectionCode::SignRollRate, "roll rate against roll", Effect::LeaveOut),
     check(
         RejectionCode::SignSteer,
-        "steering against the path's curvature in slow bends",
+        "steering against the path's curvature in slow corners",
         Effect::LeaveOut,
     ),
     check(
@@ -120,7 +120,7 @@ pub const CHECKS: &[Check] = &[
     ),
     check(
         RejectionCode::ScaleSteer,
-        "steering against the path's curvature in slow bends",
+        "steering against the path's curvature in slow corners",
         Effect::LeaveOut,
     ),
     check(RejectionCode::UnitPressure, "deceleration per pressure of the brakes", Effect::LeaveOut),
