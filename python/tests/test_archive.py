@@ -35,7 +35,15 @@ def test_diagnose_writes_what_the_command_writes(diagnosed, log, tmp_path):
 
 def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
     found = roadbench.diagnose_session(log, bike, nulls=NULLS)
-    assert set(found.tables) == {"causes", "discrepancies", "replays", "simulation_errors", "diagnoses"}
+    assert set(found.tables) == {
+        "causes",
+        "discrepancies",
+        "replays",
+        "simulation_errors",
+        "estimates",
+        "effect_traces",
+        "diagnoses",
+    }
     for name, table in found.tables.items():
         [path] = (diagnosed / name).rglob("bike=[!_]*/*.parquet")
         assert pa.table(table).equals(pq.read_table(path, partitioning=None)), name

@@ -57,8 +57,12 @@ pub(crate) fn run_raw(
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
     let (session, _) = pipeline::prepare_raw(raw, bike, pipeline)?;
-    match pipeline.offroad {
-        None => road::diagnose(&session, bike, pipeline, settings).map(Diagnosis::from),
-        Some(_) => offroad::diagnose(&session, bike, pipeline, settings.nulls).map(Diagnosis::from),
+    match (&pipeline.offroad, settings.nulls) {
+        (None, 0) => road::estimated(&session, bike, pipeline).map(Diagnosis::from),
+        (None, _) => road::diagnose(&session, bike, pipeline, settings).map(Diagnosis::from),
+        (Some(_), nulls) => {
+            let nulls = if nulls == 0 { Settings::default().nulls } else { nulls };
+            offroad::diagnose(&session, bike, pipeline, nulls).map(Diagnosis::from)
+        }
     }
 }

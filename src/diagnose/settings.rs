@@ -6,7 +6,8 @@ use crate::simulate::effects::Effect;
 /// How a diagnosis is done.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Number of null simulations, from which the thresholds come.
+    /// Number of fault-free simulations, from which the thresholds come. 0: a ride on the road is only compared with the
+    /// motorcycle's other rides; off the road, where there is no such comparison, the default counts.
     pub nulls: usize,
     /// Candidate causes on the road; off-road has its own.
     pub effects: Vec<Effect>,

@@ -18,6 +18,7 @@ mod diagnose;
 mod diagnose_batch;
 mod diagnose_offroad;
 mod diagnose_report;
+mod differential;
 mod dirt;
 mod disk;
 mod effects;

@@ -86,8 +86,10 @@ impl DiagnoseWork {
     /// A sentence that begins with the number of nulls.
     pub fn new(settings: Settings) -> Result<Self, String> {
         match settings.nulls {
-            8..=1000 => Ok(DiagnoseWork { settings }),
-            nulls => Err(format!("{nulls}: fewer than 8 say nothing, more than 1000 nothing new")),
+            0 | 8..=1000 => Ok(DiagnoseWork { settings }),
+            nulls => Err(format!(
+                "{nulls}: fewer than 8 say nothing, more than 1000 nothing new; 0 only compares a motorcycle's rides"
+            )),
         }
     }
 
@@ -120,11 +122,12 @@ impl DiagnoseWork {
             (&registry::CAUSES, file::batch(&d.causes)?),
             (&registry::DISCREPANCIES, file::batch(&d.discrepancies)?),
         ];
-        if d.model.is_some() {
+        if d.model.is_some() || !d.estimates.is_empty() {
             tables.push((&registry::REPLAYS, file::batch(&d.replays)?));
             tables.push((&registry::SIMULATION_ERRORS, file::batch(&d.simulation_errors)?));
             tables.push((&registry::ESTIMATES, file::batch(&d.estimates)?));
             tables.push((&registry::EFFECT_TRACES, file::batch(&d.effect_traces)?));
+            tables.push((&registry::ODD_MANOEUVRES, file::batch(&d.odd)?));
         }
         tables.push((&registry::DIAGNOSES, file::batch(&[row])?));
         Ok(tables)

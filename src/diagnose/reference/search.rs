@@ -32,6 +32,9 @@ const NATURAL: &[(&str, f64)] = &[
     ("brake_gain_front", 0.03),
     ("brake_gain_rear", 0.03),
 ];
+/// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which it is
+/// what is left of that.
+const SHADOW: f64 = 0.15;
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
 /// Share of what a cause moves that may be left when it is taken out.
@@ -252,9 +255,16 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
         })
         .collect();
     tried.sort_by(|a, b| a.2.total_cmp(&b.2));
+    // what is left of a large change, beyond the first order, is no other change
+    let clearest = |c: &Change| c.moved.iter().map(|m| m.by.t().abs()).fold(0.0, f64::max);
+    let is_left = |change: &Change| {
+        let share = |c: &Change| (0..history.len()).any(|i| c.rides.has(i) && change.rides.has(i));
+        let before = known.iter().filter(|c| share(c)).map(clearest).fold(0.0, f64::max);
+        clearest(change) < SHADOW * before
+    };
     let changes = tried.into_iter().take(COMPARED).filter_map(|(rides, evidence, chance)| {
         let (change, gain) = caused(history, rides, &evidence, chance)?;
-        Some((gain, change))
+        (!is_left(&change)).then_some((gain, change))
     });
     changes.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
 }
@@ -268,9 +278,9 @@ fn caused(
 ) -> Option<(Change, f64)> {
     let differences = &evidence.numbers;
     let all = candidates(history, differences, |i| rides.has(i));
-    let is_possible = |c: &&Candidate| match history.numbers[c.number].effect {
-        Some(effect) => effect.in_bounds(c.size),
-        None => true,
+    let is_possible = |c: &&Candidate| {
+        let plausible = history.numbers[c.number].effect.is_none_or(|e| e.in_bounds(c.size));
+        plausible && evidence.of_cause(c.number).is_some_and(|d| d.chance() < MOVED)
     };
     let possible: Vec<&Candidate> = all.iter().filter(is_possible).collect();
     let best = possible.first()?;

@@ -29,6 +29,7 @@ pub(crate) mod left_out;
 pub(crate) mod null_calibration;
 pub(crate) mod null_simulation;
 #[cfg(feature = "internals")]
+pub(crate) mod odd;
 pub(crate) mod oracle;
 pub(crate) mod other_machines;
 pub(crate) mod parameters;
@@ -49,4 +50,4 @@ pub(crate) mod structure;
 pub(crate) mod white_noise;
 pub(crate) mod workings;
 
-pub(crate) use session::{RoadDiagnosis, diagnose};
+pub(crate) use session::{Estimated, RoadDiagnosis, diagnose, estimated};

@@ -1,0 +1,90 @@
+//! `roadbench diagnose` on several rides of one motorcycle: each against its others.
+
+use std::path::Path;
+use std::process::Command;
+
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::simulate::effects::{Effect, ModelError};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::multibody_ride::ridden;
+use roadbench::internals::simulate::population::Machine;
+use roadbench::internals::simulate::population::bike::BikeFile;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::ChangeRow;
+
+/// A machine of the population, whose tyres and body are not those of our own simulator's scenarios.
+const NUMBER: usize = 1;
+const SEED: u64 = 21;
+
+/// Writes the ride of a number into an archive; an effect of a size may be in it.
+fn ride(archive: &Path, ride: usize, hidden: Option<(&str, f64)>) {
+    let plan = "naturalistic";
+    let case =
+        Case { seed: SEED, number: NUMBER, kind: Kind::Null, plan, hidden: vec![], foreign: None };
+    let (mut scenario, _) = case.machine().expect("a machine");
+    scenario.seed = 7919 * (ride as u64 + 1) + 31 * SEED + NUMBER as u64;
+    let mut error = ModelError::default();
+    if let Some((name, size)) = hidden {
+        (Effect::named(name).expect("an effect").set)(&mut error, size);
+    }
+    let machine = Machine::draw(SEED, NUMBER, 0).expect("a machine");
+    let tour = machine.tour(&scenario, &error, BikeFile::Full).expect("a tour");
+    let mut session = ridden(&tour, NUMBER).expect("a ride").session;
+    session.meta.session_id = format!("ride_{ride}");
+    session.meta.bike_id = "bike".to_owned();
+    session.meta.start_time = Some(format!("2026-05-{:02}T10:00:00Z", ride + 1));
+    for folder in ["sessions", "bikes"] {
+        std::fs::create_dir_all(archive.join(folder)).expect("a folder");
+    }
+    write_session(&archive.join(format!("sessions/ride_{ride}.parquet")), &session, false)
+        .expect("written");
+    std::fs::write(archive.join("bikes/bike.toml"), tour.bike.to_toml()).expect("written");
+}
+
+fn diagnose(archive: &Path, out: &Path, nulls: &str) -> (String, Vec<ChangeRow>) {
+    let done = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"))
+        .arg("diagnose")
+        .arg(archive)
+        .arg("--out")
+        .arg(out)
+        .args(["--nulls", nulls])
+        .output()
+        .expect("roadbench starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let rows = read::rows::<ChangeRow>(out).expect("changes");
+    (String::from_utf8_lossy(&done.stdout).into_owned(), rows)
+}
+
+/// A steering zero of 5 mrad in the last of seven rides; six alike say nothing. No fault-free simulation is needed for it.
+#[test]
+fn the_ride_that_differs_has_its_cause() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let archive = folder.path().join("archive");
+    rayon::scope(|scope| {
+        for k in 0..6 {
+            let archive = &archive;
+            scope.spawn(move |_| ride(archive, k, None));
+        }
+    });
+    let (text, rows) = diagnose(&archive, &folder.path().join("before"), "0");
+    assert_eq!(text, "bike: 6 of 6 rides as before\n");
+    assert!(rows.iter().all(|r| r.verdict == "as_before"), "{rows:#?}");
+
+    ride(&archive, 6, Some(("steer_zero", 0.005)));
+    let out = folder.path().join("after");
+    let (text, rows) = diagnose(&archive, &out, "0");
+    let changed: Vec<&ChangeRow> = rows.iter().filter(|r| r.verdict != "as_before").collect();
+    let [row] = &changed[..] else { panic!("{text}{rows:#?}") };
+    assert_eq!((row.ident.session_id.as_str(), row.verdict.as_str()), ("ride_6", "named"));
+    assert_eq!(row.cause.as_deref(), Some("steer_zero"));
+    let (low, high) = row.ci95_low.zip(row.ci95_high).expect("an interval");
+    assert!(low < 0.005 && 0.005 < high && high - low < 0.004, "{low} to {high}");
+    assert!(
+        text.starts_with("bike: 6 of 7 rides as before\n  ride_6 (2026-05-07): steer_zero"),
+        "{text}"
+    );
+    // one wording and one number in the terminal, the table and on the page
+    assert!(text.contains(&row.sentence), "{text}");
+    let page = std::fs::read_to_string(out.join("report/index.html")).expect("a page");
+    assert!(page.contains("6 of 7 rides as before"), "the page says nothing of the change");
+}
