@@ -5,13 +5,14 @@
 //! cargo run --release --example differences -- --rides 10 --seed 3 --machines 4
 //! ```
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
 use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::contract::session::Session;
-use roadbench::internals::diagnose::reference::{Ride, changes};
+use roadbench::internals::diagnose::reference::{Ride, changes, clearness};
 use roadbench::internals::diagnose::road::estimates::estimates;
 use roadbench::internals::diagnose::road::fitted;
 use roadbench::internals::ingest::write_session;
@@ -211,6 +212,7 @@ fn main() -> Result<(), Failure> {
     }
     for k in &a.others {
         judged(&rides, *k);
+        limits(&rides, *k);
     }
     Ok(())
 }
@@ -267,6 +269,25 @@ fn judged(rides: &[Said], k: usize) {
         "  fault-free: {} as before, {} changed; faulted: {} right, {} other, {} not seen",
         counts[0][0], counts[1][0], counts[2][1], counts[3][1], counts[0][1]
     );
+}
+
+/// Sizes of each effect that half of the rides would show: its own size times what a change needs over what the ride shows.
+fn limits(rides: &[Said], k: usize) {
+    let mut by_effect: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for ride in rides.iter().filter(|r| r.hidden != "none") {
+        let is_other = |r: &&Said| r.bike() == ride.bike() && r.hidden == "none";
+        let own = rides.iter().filter(is_other).take(k).chain([ride]).map(Said::ride).collect();
+        let shown = clearness(own, &ride.id());
+        let shown = shown.into_iter().find(|(name, ..)| name == ride.effect());
+        if let Some((_, t, needed)) = shown {
+            by_effect.entry(ride.effect()).or_default().push(ride.size().abs() * needed / t.abs());
+        }
+    }
+    println!("{k} other rides: size that half of the rides would show");
+    for (effect, mut limits) in by_effect {
+        limits.sort_by(f64::total_cmp);
+        println!("  {effect} {:.3e} ({} rides)", limits[limits.len() / 2], limits.len());
+    }
 }
 
 fn is_change(row: &ChangeRow) -> bool {

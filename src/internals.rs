@@ -133,8 +133,8 @@ pub mod diagnose {
         pub use crate::diagnose::offroad::session::{OffroadDiagnosis, diagnose, log};
     }
     pub mod reference {
-        pub use crate::diagnose::reference::changes;
         pub use crate::diagnose::reference::numbers::Ride;
+        pub use crate::diagnose::reference::{changes, clearness};
     }
     pub mod road {
         pub use crate::diagnose::road::session::{

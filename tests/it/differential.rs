@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
 use roadbench::internals::ingest::write_session;
 use roadbench::internals::simulate::effects::{Effect, ModelError};
 use roadbench::internals::simulate::hidden::{Case, Kind};
@@ -10,7 +13,7 @@ use roadbench::internals::simulate::multibody_ride::ridden;
 use roadbench::internals::simulate::population::Machine;
 use roadbench::internals::simulate::population::bike::BikeFile;
 use roadbench::internals::store::tables::read;
-use roadbench::internals::store::tables::rows::ChangeRow;
+use roadbench::internals::store::tables::rows::{ChangeRow, OddManoeuvre};
 
 /// A machine of the population, whose tyres and body are not those of our own simulator's scenarios.
 const NUMBER: usize = 1;
@@ -18,6 +21,20 @@ const SEED: u64 = 21;
 
 /// Writes the ride of a number into an archive; an effect of a size may be in it.
 fn ride(archive: &Path, ride: usize, hidden: Option<(&str, f64)>) {
+    let (session, bike) = simulated(ride, hidden);
+    put(archive, ride, &session, &bike);
+}
+
+fn put(archive: &Path, ride: usize, session: &Session, bike: &Bike) {
+    for folder in ["sessions", "bikes"] {
+        std::fs::create_dir_all(archive.join(folder)).expect("a folder");
+    }
+    write_session(&archive.join(format!("sessions/ride_{ride}.parquet")), session, false)
+        .expect("written");
+    std::fs::write(archive.join("bikes/bike.toml"), bike.to_toml()).expect("written");
+}
+
+fn simulated(ride: usize, hidden: Option<(&str, f64)>) -> (Session, Bike) {
     let plan = "naturalistic";
     let case =
         Case { seed: SEED, number: NUMBER, kind: Kind::Null, plan, hidden: vec![], foreign: None };
@@ -33,12 +50,7 @@ fn ride(archive: &Path, ride: usize, hidden: Option<(&str, f64)>) {
     session.meta.session_id = format!("ride_{ride}");
     session.meta.bike_id = "bike".to_owned();
     session.meta.start_time = Some(format!("2026-05-{:02}T10:00:00Z", ride + 1));
-    for folder in ["sessions", "bikes"] {
-        std::fs::create_dir_all(archive.join(folder)).expect("a folder");
-    }
-    write_session(&archive.join(format!("sessions/ride_{ride}.parquet")), &session, false)
-        .expect("written");
-    std::fs::write(archive.join("bikes/bike.toml"), tour.bike.to_toml()).expect("written");
+    (session, tour.bike)
 }
 
 fn diagnose(archive: &Path, out: &Path, nulls: &str) -> (String, Vec<ChangeRow>) {
@@ -87,4 +99,50 @@ fn the_ride_that_differs_has_its_cause() {
     assert!(text.contains(&row.sentence), "{text}");
     let page = std::fs::read_to_string(out.join("report/index.html")).expect("a page");
     assert!(page.contains("6 of 7 rides as before"), "the page says nothing of the change");
+}
+
+/// One front stop on a place where the tyre slips twice as much for its force; the same ride without it has no odd manoeuvre.
+#[test]
+fn a_slippery_place_under_one_stop_is_found_where_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut session, bike) = simulated(0, None);
+    put(&folder.path().join("dry"), 0, &session, &bike);
+    let odd = |name: &str| {
+        let out = folder.path().join(format!("{name}_out"));
+        let (text, _) = diagnose(&folder.path().join(name), &out, "0");
+        (text, read::rows::<OddManoeuvre>(&out).expect("odd manoeuvres"))
+    };
+    let (text, rows) = odd("dry");
+    assert!(rows.is_empty(), "{text}");
+
+    let column = |c: Channel| session.get(c).expect("a channel").to_vec();
+    let (v, pressure) = (column(Channel::VelocityX), column(Channel::BrakePressureFront));
+    let mut omega = column(Channel::WheelSpeedFront);
+    let is_braking = |i: usize| pressure[i] > 3e5;
+    let mut rolling: Vec<f64> = (0..v.len())
+        .filter(|i| pressure[*i] < 5e4 && v[*i] > 15.0)
+        .map(|i| v[i] / omega[i])
+        .collect();
+    rolling.sort_by(f64::total_cmp);
+    let radius = rolling[rolling.len() / 2];
+    // the second stop of more than a second and a half
+    let least = (1.5 * session.rate) as usize;
+    let begins = |i: &usize| is_braking(*i) && (*i == 0 || !is_braking(*i - 1));
+    let end = |i: usize| (i..v.len()).find(|j| !is_braking(*j)).unwrap_or(v.len());
+    let stops: Vec<(usize, usize)> =
+        (0..v.len()).filter(begins).map(|i| (i, end(i))).filter(|(i, j)| j - i > least).collect();
+    let (from, to) = stops[1];
+    for i in from..to {
+        let free = v[i] / radius;
+        omega[i] = free - 2.0 * (free - omega[i]);
+    }
+    session.set(Channel::WheelSpeedFront, omega);
+    put(&folder.path().join("wet"), 0, &session, &bike);
+    let (text, rows) = odd("wet");
+    let slip: Vec<&OddManoeuvre> = rows.iter().filter(|r| r.channel == "slip_front").collect();
+    let [row] = &slip[..] else { panic!("{text}{rows:#?}") };
+    let [begin, end] = [from, to].map(|i| i as f64 / session.rate);
+    assert!(row.start > begin - 1.0 && row.end < end + 1.0, "{begin} to {end}: {row:?}");
+    assert!(row.difference > 0.0 && row.sentence.contains("slippery place"), "{row:?}");
+    assert!(text.contains(&row.sentence), "{text}");
 }

@@ -49,8 +49,13 @@ impl Difference {
 
     /// Half of its 95 % interval.
     pub(crate) fn half_width(self) -> f64 {
-        let quantile = StudentsT::new(0.0, 1.0, self.freedom).map(|t| t.inverse_cdf(0.975));
-        quantile.map_or(f64::INFINITY, |q| q * self.error)
+        self.needed(0.05) * self.error
+    }
+
+    /// What its size over its error exceeds by chance with that probability.
+    pub(crate) fn needed(self, chance: f64) -> f64 {
+        let quantile = StudentsT::new(0.0, 1.0, self.freedom);
+        quantile.map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - 0.5 * chance))
     }
 }
 

@@ -65,6 +65,21 @@ pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
     rows
 }
 
+/// How clearly a ride of one motorcycle shows each effect: its name, the difference over its error, and what a change needs.
+#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for studies
+pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> {
+    let history = History::new(rides);
+    let ride = history.rides.iter().position(|r| r.session_id == session_id);
+    let Some(ride) = ride.filter(|_| history.len() > OTHERS) else { return Vec::new() };
+    let evidence = search::Evidence::new(&history, Rides::One(ride));
+    let count = evidence.sums.len() + evidence.numbers.iter().flatten().count();
+    let limit = search::FALSE_ALARMS / (Rides::all(history.len()).len() * count) as f64;
+    let of = |(number, d): (usize, difference::Difference)| {
+        (history.numbers[number].name.clone(), d.t(), d.needed(limit))
+    };
+    evidence.sums.into_iter().map(of).collect()
+}
+
 /// The rows of one motorcycle: each ride's changes, or that it is as before; what changed since it.
 fn of_motorcycle(history: &History, found: &Found, sure: &[(&Change, f64)]) -> Vec<ChangeRow> {
     let mut rows = Vec::new();
