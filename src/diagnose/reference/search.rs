@@ -52,7 +52,7 @@ const CLEAR: f64 = 4.0;
 /// Share of what a cause moves that may be left when it is taken out.
 const LEFT: f64 = 0.15;
 /// Share of a size that is not known, as it is found to first order only.
-const FIRST_ORDER: f64 = 0.08;
+const FIRST_ORDER: f64 = 0.1;
 /// Most numbers that are listed of a change, and the chance of each below which it is.
 const LISTED: usize = 5;
 const MOVED: f64 = 0.001;

@@ -23,7 +23,7 @@ use crate::store::tables::rows::{EffectTrace, EstimateRow, Ident};
 const LISTED: f64 = 0.1;
 
 /// Sizes, in usual ones, from which the first order is not enough, and how sure they must be, in standard errors.
-const FAR: f64 = 2.0;
+const FAR: f64 = 0.7;
 const SURE: f64 = 5.0;
 /// Sets of slopes of a refit.
 const TIMES: usize = 4;

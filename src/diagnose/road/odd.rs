@@ -1,69 +1,103 @@
 //! A manoeuvre against the ride's others: what happened once - a slippery place under one stop, a gust, a bump.
 //!
 //! ```text
-//! mean residual of each manoeuvre and channel, under the nominal model     error sigma / sqrt(blocks)
-//! t = its difference from the other manoeuvres of its family, over their scatter
+//! mean residual of a manoeuvre and of the others, under the model fitted without it
+//! t = its difference from the others of its family, over their scatter
 //! ```
 //!
-//! A robust fit gives such a manoeuvre little weight; here it is a result. The comparison is that of rides
+//! One stop of three drags a fit along, and the other two seem odd as well: so the fit is made without it. The comparison is that of rides
 //! ([`difference`](crate::diagnose::reference::difference)), the chance is that of any manoeuvre and channel of the ride
 //! (Bonferroni).
 
+use rayon::prelude::*;
+
 use super::base::Base;
+use super::problem::Problem;
 use super::residuals::{CHANNELS, UNITS};
 use super::samples::{BLOCK, Samples};
 use crate::diagnose::reference::difference::{Difference, difference};
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::number_format::{decimals, fixed};
+use crate::statistics::order::median_of_finite;
 use crate::store::tables::rows::{Ident, OddManoeuvre};
 
 /// Chance that any manoeuvre of a ride in which nothing happens is said to be odd.
 const FALSE_ALARMS: f64 = 0.01;
 /// Fewest blocks of a manoeuvre that have a mean: a second.
-const FEWEST: usize = 4;
-/// Believed scatter between manoeuvres over the error from noise: what the nominal model lacks differs between them.
-const SCATTER: f64 = 2.0;
+const FEWEST: f64 = 4.0;
+/// Believed scatter between manoeuvres over the error of a mean from independent blocks: they are not independent, and what
+/// the nominal model lacks differs between manoeuvres.
+const SCATTER: f64 = 2.5;
+/// Difference over its error from which the model is fitted without a manoeuvre.
+const SUSPECT: f64 = 1.2;
 
 /// The rows of `odd_manoeuvres` of a ride, in order of time.
 pub(crate) fn odd_manoeuvres(samples: &Samples, base: &Base, ident: &Ident) -> Vec<OddManoeuvre> {
-    let residuals = base.problem(samples).residuals(&base.values);
-    let mut tried = Vec::new();
-    for (channel, column) in residuals.iter().enumerate() {
-        let means: Vec<(f64, f64)> = samples
-            .manoeuvres
-            .iter()
-            .map(|(_, range)| mean(&column[range.start / BLOCK..range.end / BLOCK]))
-            .collect();
-        for (number, (kind, _)) in samples.manoeuvres.iter().enumerate() {
-            let sigma = base.sigma[channel];
-            let others = |i: usize| is_alike(samples.manoeuvres[i].0, *kind);
-            let value = |i: usize| if others(i) { means[i].0 } else { f64::NAN };
-            let values: Vec<f64> = (0..means.len()).map(value).collect();
-            let errors: Vec<f64> = means.iter().map(|m| sigma * m.1).collect();
-            let known = errors.iter().zip(&values).filter(|(_, v)| v.is_finite());
-            let usual: Vec<f64> = known.map(|(e, _)| *e).collect();
-            let usual = crate::statistics::order::median_of_finite(&usual).unwrap_or(f64::NAN);
-            let by = difference(&values, &errors, |i| i == number, SCATTER * usual);
-            tried.extend(by.map(|by| (number, channel, by)));
+    let problem = base.problem(samples);
+    let linear = problem.linear(&base.values);
+    // the fits without a manoeuvre share them
+    problem.accumulate(&linear);
+    let numbers = 0..samples.manoeuvres.len();
+    let all = || (0..CHANNELS.len()).flat_map(|c| numbers.clone().map(move |n| (n, c)));
+    let first: Vec<(usize, Difference)> = all()
+        .filter_map(|(n, c)| Some((n, against_others(samples, &linear.residuals[c], n)?)))
+        .collect();
+    let tests = first.len() as f64;
+    let is_suspect = |n: usize| first.iter().any(|(own, by)| *own == n && by.t().abs() > SUSPECT);
+    let odd = |n: usize| -> Vec<OddManoeuvre> {
+        let kept: Vec<bool> = numbers.clone().map(|k| k != n).collect();
+        let without = Problem { only: Some(&kept), ..base.problem(samples) };
+        let (mut values, mut linear) = (base.values.clone(), linear.clone());
+        for _ in 0..2 {
+            let Some((moved, _)) = without.descend(&mut linear, &values) else { break };
+            values = moved;
         }
-    }
-    let tests = tried.len() as f64;
-    let mut rows: Vec<(usize, usize, Difference)> =
-        tried.into_iter().filter(|(_, _, by)| by.chance() * tests <= FALSE_ALARMS).collect();
-    rows.sort_by_key(|(number, channel, _)| (*number, *channel));
-    rows.into_iter()
-        .map(|(number, channel, by)| row(samples, ident, number, channel, by, tests))
-        .collect()
+        let by = |c: usize| Some((c, against_others(samples, &linear.residuals[c], n)?));
+        (0..CHANNELS.len())
+            .filter_map(by)
+            .filter(|(_, by)| by.chance() * tests <= FALSE_ALARMS)
+            .map(|(c, by)| row(samples, ident, n, c, by, tests))
+            .collect()
+    };
+    let suspects: Vec<usize> = numbers.clone().filter(|n| is_suspect(*n)).collect();
+    suspects.into_par_iter().flat_map_iter(odd).collect()
+}
+
+/// A manoeuvre's mean residual in a channel less that of the others of its family; `None` where there are too few.
+fn against_others(samples: &Samples, column: &[f64], number: usize) -> Option<Difference> {
+    let blocks = |n: usize| {
+        let range = &samples.manoeuvres[n].1;
+        &column[range.start / BLOCK..range.end / BLOCK]
+    };
+    let kind = samples.manoeuvres[number].0;
+    let family: Vec<usize> = (0..samples.manoeuvres.len())
+        .filter(|n| is_alike(samples.manoeuvres[*n].0, kind) && mean(blocks(*n)).is_some())
+        .collect();
+    // noise within the others: what they differ by is in the scatter of their means
+    let within: Vec<f64> =
+        family.iter().filter(|n| **n != number).map(|n| spread(blocks(*n))).collect();
+    let sigma = median_of_finite(&within)?;
+    let known = |n: &usize| mean(blocks(*n)).unwrap_or((f64::NAN, f64::NAN));
+    let (values, errors): (Vec<f64>, Vec<f64>) = family.iter().map(known).unzip();
+    let errors: Vec<f64> = errors.iter().map(|e| sigma * e).collect();
+    let scatter = SCATTER * median_of_finite(&errors)?;
+    let place = family.iter().position(|n| *n == number)?;
+    difference(&values, &errors, |i| i == place, scatter)
+}
+
+/// Root mean square of a manoeuvre's blocks about their mean.
+fn spread(blocks: &[f64]) -> f64 {
+    let known: Vec<f64> = blocks.iter().copied().filter(|r| r.is_finite()).collect();
+    let n = known.len() as f64;
+    let mean = known.iter().sum::<f64>() / n;
+    (known.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
 /// Mean of a manoeuvre's blocks, and its error in those of a block.
-fn mean(blocks: &[f64]) -> (f64, f64) {
+fn mean(blocks: &[f64]) -> Option<(f64, f64)> {
     let known = blocks.iter().filter(|r| r.is_finite());
-    let n = known.clone().count();
-    match n >= FEWEST {
-        true => (known.sum::<f64>() / n as f64, (n as f64).sqrt().recip()),
-        false => (f64::NAN, f64::NAN),
-    }
+    let n = known.clone().count() as f64;
+    (n >= FEWEST).then(|| (known.sum::<f64>() / n, n.sqrt().recip()))
 }
 
 /// Whether manoeuvres of two kinds are compared: every braking is.
