@@ -686,9 +686,9 @@ pub mod store {
             pub use crate::store::tables::lap_rows::{LapCornerRow, LapPointRow, LapRow};
             pub use crate::store::tables::rows::{
                 CauseRow, ChangeRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow,
-                EventRow, EvidenceRow, FleetRow, Manoeuvre, OddManoeuvre, PeakRow, PlotPoint,
-                PooledRow, Provenance, RatioRow, Rejected, SessionRow, SimulatedSample,
-                SimulationError, Truth, TyreRow, WarningRow,
+                EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
+                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
+                Truth, TyreRow, WarningRow,
             };
         }
     }

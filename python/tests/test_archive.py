@@ -42,7 +42,6 @@ def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
         "simulation_errors",
         "estimates",
         "effect_traces",
-        "odd_manoeuvres",
         "diagnoses",
     }
     for name, table in found.tables.items():

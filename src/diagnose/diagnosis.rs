@@ -7,8 +7,7 @@ use super::summary;
 use super::tuning::{OffroadTuning, RoadTuning};
 use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, OddManoeuvre, SimulatedSample,
-    SimulationError,
+    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
 };
 
 /// Everything that one session gives to tables, files and terminal.
@@ -30,8 +29,6 @@ pub struct Diagnosis {
     pub estimates: Vec<EstimateRow>,
     /// Rows of `effect_traces`; none off-road.
     pub effect_traces: Vec<EffectTrace>,
-    /// Rows of `odd_manoeuvres`; none off-road.
-    pub odd: Vec<OddManoeuvre>,
     /// The extended model; off-road there is no file of it.
     pub model: Option<ExtendedModel>,
     /// Whether the sizes in `causes` are pooled over sessions with their own errors: those under a model
@@ -59,7 +56,7 @@ impl From<RoadDiagnosis> for Diagnosis {
                 &d.discrepancies,
                 &d.simulation_errors,
                 [d.naming.alarm, RoadTuning::default().alarm],
-            ) + &summary::odd(&d.odd),
+            ),
             poolable: d.is_poolable(),
             n_samples: d.n_samples,
             ident: d.ident,
@@ -70,27 +67,20 @@ impl From<RoadDiagnosis> for Diagnosis {
             simulation_errors: d.simulation_errors,
             estimates: d.estimates,
             effect_traces: d.effect_traces,
-            odd: d.odd,
             model: Some(d.model),
         }
     }
 }
 
-/// Nothing is said of causes, and only odd manoeuvres have a summary: the rest is left to the comparison with the motorcycle's other rides.
+/// Nothing is said of causes, nor a summary: that is left to the comparison with the motorcycle's other rides.
 impl From<Estimated> for Diagnosis {
     fn from(d: Estimated) -> Self {
-        let odd = summary::odd(&d.odd);
         Diagnosis {
-            summary: match odd.is_empty() {
-                true => odd,
-                false => format!("{}  {}{odd}", d.ident.session_id, d.ident.bike_id),
-            },
             ident: d.ident,
             site: d.site,
             n_samples: d.n_samples,
             estimates: d.estimates,
             effect_traces: d.effect_traces,
-            odd: d.odd,
             ..Diagnosis::default()
         }
     }
@@ -116,7 +106,6 @@ impl From<OffroadDiagnosis> for Diagnosis {
             simulation_errors: Vec::new(),
             estimates: Vec::new(),
             effect_traces: Vec::new(),
-            odd: Vec::new(),
             model: None,
         }
     }

@@ -3,14 +3,12 @@
 use std::fmt::Write;
 
 use crate::contract::verdict::Verdict;
-use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, OddManoeuvre, SimulationError};
+use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most misfits that are listed.
 const MISFITS: usize = 5;
 /// Most channels whose simulation is told to get better.
 const GAINS: usize = 3;
-/// Most odd manoeuvres that are listed.
-const ODD: usize = 3;
 /// Digits of a number that is not known more precisely.
 const DIGITS: i32 = 4;
 
@@ -44,16 +42,6 @@ pub fn session(
     }
     lines.extend(misfits(discrepancies));
     lines.join("\n  ")
-}
-
-/// Manoeuvres that differ from the ride's others, a line each, the first of which begins a new one.
-pub(crate) fn odd(rows: &[OddManoeuvre]) -> String {
-    let line = |row: &OddManoeuvre| format!("\n  {} (t {:.1})", row.sentence, row.t);
-    let mut text: String = rows.iter().take(ODD).map(line).collect();
-    if rows.len() > ODD {
-        text += &format!("\n  {} more are in the table odd_manoeuvres", rows.len() - ODD);
-    }
-    text
 }
 
 /// What is said where nothing is named.

@@ -127,7 +127,6 @@ impl DiagnoseWork {
             tables.push((&registry::SIMULATION_ERRORS, file::batch(&d.simulation_errors)?));
             tables.push((&registry::ESTIMATES, file::batch(&d.estimates)?));
             tables.push((&registry::EFFECT_TRACES, file::batch(&d.effect_traces)?));
-            tables.push((&registry::ODD_MANOEUVRES, file::batch(&d.odd)?));
         }
         tables.push((&registry::DIAGNOSES, file::batch(&[row])?));
         Ok(tables)

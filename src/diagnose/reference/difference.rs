@@ -6,23 +6,25 @@
 //! t   = (m_inside - m_outside) / error       Student's t with nu0 + n - 2 degrees of freedom
 //! ```
 //!
-//! With few rides the scatter is mostly what a ride's own errors say (`s0`); with many it is what the
-//! rides show. Rides far from the others weigh less (Huber 1964), so that a few faulted ones do not hide the next.
+//! With few rides the scatter is mostly what is believed of it ([`Belief`]); with many it is what the rides show. Rides far
+//! from the others weigh less (Huber 1964), so that faulted ones do not hide the next, as long as they are fewer than about a
+//! third.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::belief::Belief;
 use crate::statistics::order::median_of_finite;
 
 /// Degrees of freedom of what is believed of the scatter before any ride is compared.
-pub(crate) const BELIEF: f64 = 4.0;
+const BELIEF: f64 = 4.0;
 /// Fewest rides on the other side.
 pub(crate) const OTHERS: usize = 3;
 /// Standard deviations from which on a ride weighs less.
-const CLIP: f64 = 2.5;
+const CLIP: f64 = 1.5;
 /// What a clipped squared standard normal is on average.
-const CLIPPED: f64 = 0.977_56;
+const CLIPPED: f64 = 0.778_46;
 /// Rounds of reweighting.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 20;
 
 /// A difference between rides inside and outside of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +35,10 @@ pub(crate) struct Difference {
     pub error: f64,
     /// Degrees of freedom of the error.
     pub freedom: f64,
+    /// Scatter of a usual ride.
+    pub scatter: f64,
+    /// Rides that know the number inside and outside.
+    pub rides: [usize; 2],
 }
 
 impl Difference {
@@ -59,13 +65,13 @@ impl Difference {
     }
 }
 
-/// The difference of a number; `None` where a side has too few rides that know it. Values that are not numbers are passed
-/// over. `scatter` is the standard deviation between rides that is believed.
+/// The difference of a number with its standard errors by ride; `None` where a side has too few rides that know it. Values
+/// that are not numbers are passed over.
 pub(crate) fn difference(
     values: &[f64],
     errors: &[f64],
     inside: impl Fn(usize) -> bool,
-    scatter: f64,
+    belief: Belief,
 ) -> Option<Difference> {
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let (within, others): (Vec<usize>, Vec<usize>) = known.iter().partition(|i| inside(**i));
@@ -77,8 +83,8 @@ pub(crate) fn difference(
         median_of_finite(&values).unwrap_or(f64::NAN)
     };
     let usual = of(errors, &known);
-    let excess = |i: usize| (errors[i].powi(2) - usual * usual).max(0.0);
-    let believed = scatter * scatter;
+    let excess = |i: usize| belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0);
+    let believed = (belief.ratio * usual).powi(2) + belief.natural.powi(2);
     let freedom = BELIEF + known.len() as f64 - 2.0;
     let mut variance = believed;
     let mut means = [of(values, &within), of(values, &others)];
@@ -98,6 +104,8 @@ pub(crate) fn difference(
     let of_mean =
         |side: &[usize]| side.iter().map(|i| (variance + excess(*i)).recip()).sum::<f64>().recip();
     let error = (of_mean(&within) + of_mean(&others)).sqrt();
-    let size = means[0] - means[1];
-    (error > 0.0 && size.is_finite()).then_some(Difference { size, error, freedom })
+    let (size, scatter) = (means[0] - means[1], variance.sqrt());
+    let rides = [within.len(), others.len()];
+    let is_known = error > 0.0 && error.is_finite() && size.is_finite();
+    is_known.then_some(Difference { size, error, freedom, scatter, rides })
 }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! numbers      all that each ride says: parameters of the nominal model, sizes of effects, traces
+//! belief       how much a number scatters between fault-free rides
 //! difference   one number of some rides against the others
 //! explain      the cause that explains the differences of all numbers
 //! search       over rides and dates
@@ -12,6 +13,7 @@
 //! tell from its own errors stand out. A fault that all rides share stays unseen here: the single ride's diagnosis looks for it.
 //! The method is that of `book/src/diagnosis.md`, its section on other rides.
 
+pub(crate) mod belief;
 pub(crate) mod difference;
 pub(crate) mod explain;
 pub(crate) mod numbers;
@@ -73,7 +75,7 @@ pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> 
     let Some(ride) = ride.filter(|_| history.len() > OTHERS) else { return Vec::new() };
     let evidence = search::Evidence::new(&history, Rides::One(ride));
     let count = evidence.sums.len() + evidence.numbers.iter().flatten().count();
-    let limit = search::FALSE_ALARMS / (Rides::all(history.len()).len() * count) as f64;
+    let limit = search::FALSE_ALARMS / (Rides::all(&history).len() * count) as f64;
     let of = |(number, d): (usize, difference::Difference)| {
         (history.numbers[number].name.clone(), d.t(), d.needed(limit))
     };
@@ -88,12 +90,35 @@ fn of_motorcycle(history: &History, found: &Found, sure: &[(&Change, f64)]) -> V
         let mut own_rows: Vec<ChangeRow> =
             own(Rides::One(ride)).map(|(c, rate)| changed(history, c, *rate)).collect();
         if own_rows.is_empty() {
-            own_rows.push(as_before(history, found, ride));
+            let since = sure.iter().find(|(c, _)| is_since(c.rides) && c.rides.has(ride));
+            own_rows.push(match since {
+                Some((change, rate)) => as_since(history, change, *rate, ride),
+                None => as_before(history, found, ride),
+            });
         }
         rows.extend(own_rows);
         rows.extend(own(Rides::Since(ride)).map(|(c, rate)| changed(history, c, *rate)));
     }
     rows
+}
+
+fn is_since(rides: Rides) -> bool {
+    matches!(rides, Rides::Since(_))
+}
+
+/// The row of a ride that is as the others since a change.
+fn as_since(history: &History, change: &Change, rate: f64, ride: usize) -> ChangeRow {
+    let row = changed(history, change, rate);
+    let place = words::place(&row);
+    ChangeRow {
+        ident: history.rides[ride].clone(),
+        rides: "ride".to_owned(),
+        n_rides: 1,
+        n_others: history.len() as i64 - 1,
+        verdict: "as_since".to_owned(),
+        sentence: format!("as the rides {place}: {}", row.sentence),
+        ..row
+    }
 }
 
 /// The row of a change.
@@ -102,9 +127,9 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
     let others = history.len() - inside;
     let number = &history.numbers[change.cause];
     let verdict = match (number.effect, change.rivals.is_empty()) {
-        (None, _) => "changed",
+        (None, true) => "changed",
         (Some(_), true) => "named",
-        (Some(_), false) => "ambiguous",
+        (_, false) => "ambiguous",
     };
     let listed = |names: Vec<String>| (!names.is_empty()).then(|| names.join(", "));
     let rivals = change.rivals.iter().map(|p| history.numbers[*p].name.clone()).collect();
@@ -133,24 +158,35 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
     }
 }
 
-/// The row of a ride of which nothing changed, or that cannot be compared.
+/// The row of a ride of which no change is reported, or that cannot be compared.
 fn as_before(history: &History, found: &Found, ride: usize) -> ChangeRow {
     let ident: Ident = history.rides[ride].clone();
     let n_others = history.len() as i64 - 1;
     let row =
         ChangeRow { ident, rides: "ride".to_owned(), n_rides: 1, n_others, ..ChangeRow::default() };
+    let is_clear = |chance: f64| chance * found.tried as f64 <= search::FALSE_ALARMS;
     match found.largest.iter().find(|l| l.ride == ride) {
         Some(largest) => ChangeRow {
-            verdict: "as_before".to_owned(),
+            verdict: if is_clear(largest.chance) { "unclear" } else { "as_before" }.to_owned(),
             t: Some(largest.moved.by.t()),
             chance: Some(largest.chance),
             moved: Some(words::moved(&history.numbers[largest.moved.number], largest.moved.by)),
-            sentence: format!("as the motorcycle's {n_others} other rides"),
+            sentence: match is_clear(largest.chance) {
+                true => format!(
+                    "differs from the motorcycle's {n_others} other rides beyond chance, but it may be what is left of a \
+                     larger change, or one of many tries"
+                ),
+                false => format!(
+                    "no change beyond what the motorcycle's {n_others} other rides scatter by"
+                ),
+            },
             ..row
         },
         None => ChangeRow {
             verdict: "too_few".to_owned(),
-            sentence: format!("{n_others} other rides of the motorcycle: {OTHERS} are needed"),
+            sentence: format!(
+                "fewer than {OTHERS} other rides of the motorcycle can be compared with it"
+            ),
             ..row
         },
     }

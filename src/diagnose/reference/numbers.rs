@@ -73,7 +73,7 @@ impl History {
             let name = &numbers[effect].name;
             let of_ride = |ride: &Ride| {
                 let mut moved = vec![0.0; numbers.len()];
-                for row in ride.traces.iter().filter(|t| t.effect == *name) {
+                for row in ride.traces.iter().filter(|t| t.effect == *name && t.slope.is_finite()) {
                     if let Some(p) = place.get(row.parameter.as_str()) {
                         moved[*p] = row.slope;
                     }

@@ -3,9 +3,12 @@
 //! Of all sets of rides - each ride by itself, all since a ride - the one that differs most from the others is taken, if
 //! chance alone does not make one so different; its cause is looked for, taken out of the rides, and the rest is searched again.
 
+use rayon::prelude::*;
+
+use super::belief::Belief;
 use super::difference::{Difference, OTHERS, difference};
 use super::explain::{Candidate, candidates, trace};
-use super::numbers::{History, Number};
+use super::numbers::History;
 use crate::statistics::order::median_of_finite;
 
 /// Chance that a motorcycle of which nothing changed is said to have changed, per search.
@@ -14,36 +17,12 @@ pub(crate) const FALSE_ALARMS: f64 = 0.05;
 const SINCE: usize = 2;
 /// Most findings of a motorcycle, and of each set of rides.
 const MOST: [usize; 2] = [12, 3];
-/// Sets of rides whose causes are compared, those that differ most by their largest number.
+/// Sets of rides whose causes are compared, those whose difference is least by chance.
 const COMPARED: usize = 6;
 /// A rival explains as much but for this difference of log-likelihood: 1 in 20.
 const RIVAL: f64 = 3.0;
 /// Squared standard deviations by which a rival's own size may be less clear.
 const CLEARER: f64 = 9.0;
-/// Believed scatter between fault-free rides over the usual standard error, of effects and of nominal parameters: on 44 rides
-/// of four machines of the population and six of the independent simulator 0.1 to 2.6, and 0.1 to 2.
-const RATIO: f64 = 1.5;
-const NOMINAL: f64 = 2.0;
-/// That of the numbers that scatter more there: zeros of sensors, and what a rider, warmth and pads change.
-const WIDE: &[(&str, f64)] = &[
-    ("acceleration_x_zero", 8.0),
-    ("acceleration_y_zero", 4.0),
-    ("yaw_rate_zero", 3.5),
-    ("velocity_y_zero", 3.0),
-    ("drag", 4.0),
-    ("rolling_resistance", 4.0),
-    ("brake_gain_front", 4.0),
-    ("brake_gain_rear", 4.0),
-    ("mf_e1_front", 4.0),
-];
-/// Natural scatter between rides of what a rider, the weather and the pads change, as shares: the posture, the tyres' warmth,
-/// the pads' warmth.
-const NATURAL: &[(&str, f64)] = &[
-    ("drag", 0.05),
-    ("rolling_resistance", 0.1),
-    ("brake_gain_front", 0.03),
-    ("brake_gain_rear", 0.03),
-];
 /// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which it is
 /// what is left of that.
 const SHADOW: f64 = 0.15;
@@ -82,10 +61,12 @@ impl Rides {
         }
     }
 
-    /// All sets of so many rides.
-    pub(crate) fn all(n: usize) -> Vec<Rides> {
-        let since = (OTHERS..(n + 1).saturating_sub(SINCE)).map(Rides::Since);
-        (0..n).map(Rides::One).chain(since).collect()
+    /// All sets of a motorcycle's rides. Of rides without a time nobody knows which came first.
+    pub(crate) fn all(history: &History) -> Vec<Rides> {
+        let n = history.len();
+        let is_dated = history.rides.iter().all(|r| r.start_time.is_some());
+        let last = if is_dated { (n + 1).saturating_sub(SINCE) } else { 0 };
+        (0..n).map(Rides::One).chain((OTHERS..last).map(Rides::Since)).collect()
     }
 }
 
@@ -144,9 +125,9 @@ pub(crate) struct Found {
 /// Searches a motorcycle's rides.
 pub(crate) fn search(history: &History) -> Found {
     let mut rest = history.clone();
-    let sets = Rides::all(history.len());
+    let sets = Rides::all(history);
     let mut changes: Vec<Change> = Vec::new();
-    while changes.len() < MOST[0] {
+    while changes.len() < MOST[0].max(history.len() / 5) {
         let Some(change) = strongest(&rest, &sets, &changes) else { break };
         take_out(&mut rest, &change);
         changes.push(change);
@@ -155,7 +136,9 @@ pub(crate) fn search(history: &History) -> Found {
         let (moved, chance) = Evidence::new(&rest, Rides::One(ride)).largest()?;
         Some(Largest { ride, moved, chance })
     });
-    Found { changes, largest: largest.collect(), tried: sets.len() }
+    // what is left after a change is searched again
+    let tried = sets.len() + changes.len();
+    Found { changes, largest: largest.collect(), tried }
 }
 
 /// What some rides say against the others.
@@ -172,8 +155,8 @@ impl Evidence {
     pub(crate) fn new(history: &History, rides: Rides) -> Self {
         let of = |p: usize| {
             let (values, errors) = (&history.values[p], &history.errors[p]);
-            let scatter = scatter(&history.numbers[p], values, errors);
-            difference(values, errors, |i| rides.has(i), scatter)
+            let belief = Belief::of(&history.numbers[p], middle(values));
+            difference(values, errors, |i| rides.has(i), belief)
         };
         let numbers: Vec<Option<Difference>> = (0..history.numbers.len()).map(of).collect();
         let middle: Vec<f64> = history.values.iter().map(|v| middle(v)).collect();
@@ -209,16 +192,6 @@ impl Evidence {
     }
 }
 
-/// Believed scatter between rides.
-fn scatter(number: &Number, values: &[f64], errors: &[f64]) -> f64 {
-    let usual = |of: &[f64]| median_of_finite(of).unwrap_or(f64::NAN);
-    let wide = WIDE.iter().find(|(name, _)| *name == number.name).map(|(_, ratio)| *ratio);
-    let ratio = wide.unwrap_or(if number.effect.is_some() { RATIO } else { NOMINAL });
-    let share =
-        NATURAL.iter().find(|(name, _)| *name == number.name).map_or(0.0, |(_, share)| *share);
-    (ratio * usual(errors)).hypot(share * usual(values))
-}
-
 fn middle(values: &[f64]) -> f64 {
     median_of_finite(values).unwrap_or(0.0)
 }
@@ -232,26 +205,30 @@ fn sum(
     trace: &[f64],
     middle: &[f64],
 ) -> Option<Difference> {
-    let of = |(d, t): (&Option<Difference>, &f64)| d.map_or(0.0, |d| t / d.error.powi(2));
+    let of = |(d, t): (&Option<Difference>, &f64)| d.map_or(0.0, |d| t / d.scatter.powi(2));
     let weight: Vec<f64> = numbers.iter().zip(trace).map(of).collect();
     let information: f64 = weight.iter().zip(trace).map(|(w, t)| w * t).sum();
     if !(information > 0.0 && information.is_finite()) {
         return None;
     }
-    let value = |i: usize| {
+    let of_ride = |i: usize| {
         let known = |p: &usize| weight[*p] != 0.0 && history.values[*p][i].is_finite();
-        let (top, bottom) = (0..weight.len()).filter(known).fold((0.0, 0.0), |(top, bottom), p| {
-            let moved = history.values[p][i] - middle[p];
-            (top + weight[p] * moved, bottom + weight[p] * trace[p])
-        });
+        let [top, noise, bottom] =
+            (0..weight.len()).filter(known).fold([0.0; 3], |[top, noise, bottom], p| {
+                let moved = history.values[p][i] - middle[p];
+                let own = (weight[p] * history.errors[p][i]).powi(2);
+                [top + weight[p] * moved, noise + own, bottom + weight[p] * trace[p]]
+            });
         // a ride that knows little of it says nothing
-        if bottom > 0.5 * information { top / bottom } else { f64::NAN }
+        match bottom > 0.5 * information {
+            true => (top / bottom, noise.sqrt() / bottom),
+            false => (f64::NAN, f64::NAN),
+        }
     };
-    let values: Vec<f64> = (0..history.len()).map(value).collect();
-    let inside = (0..history.len()).filter(|i| rides.has(*i)).count() as f64;
-    let others = history.len() as f64 - inside;
-    let error = (information * (inside.recip() + others.recip())).sqrt().recip();
-    difference(&values, &vec![error; values.len()], |i| rides.has(i), error)
+    let (values, errors): (Vec<f64>, Vec<f64>) = (0..history.len()).map(of_ride).unzip();
+    let usual = median_of_finite(&errors)?;
+    let belief = Belief { ratio: information.sqrt().recip() / usual, natural: 0.0 };
+    difference(&values, &errors, |i| rides.has(i), belief)
 }
 
 /// The change that is least by chance, if it is beyond it.
@@ -259,7 +236,7 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
     let limit = FALSE_ALARMS / sets.len() as f64;
     let is_open = |rides: &&Rides| known.iter().filter(|c| c.rides == **rides).count() < MOST[1];
     let mut tried: Vec<(Rides, Evidence, f64)> = sets
-        .iter()
+        .par_iter()
         .filter(is_open)
         .filter_map(|rides| {
             let evidence = Evidence::new(history, *rides);
@@ -275,11 +252,12 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
         let before = known.iter().filter(|c| share(c)).map(clearest).fold(0.0, f64::max);
         clearest(change) < SHADOW * before
     };
-    let changes = tried.into_iter().take(COMPARED).filter_map(|(rides, evidence, chance)| {
+    let changes = tried.into_iter().filter_map(|(rides, evidence, chance)| {
         let (change, gain) = caused(history, rides, &evidence, chance)?;
         (!is_left(&change)).then_some((gain, change))
     });
-    changes.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
+    // of those that differ most, what explains most
+    changes.take(COMPARED).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
 }
 
 /// The change of some rides with its cause, and what the cause explains.
@@ -317,6 +295,7 @@ fn caused(
     let error = evidence.of_cause(cause.number)?;
     // a large size of its own is beyond the first order
     let own = differences[cause.number].filter(|d| d.t().abs() > CLEAR);
+    let error = own.unwrap_or(error);
     let size = own.map_or(cause.size, |d| d.size);
     let moved = evidence.by_chance().into_iter().filter(|(_, chance)| *chance < MOVED);
     let mut seen: Vec<Moved> = Vec::new();

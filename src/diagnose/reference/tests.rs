@@ -79,7 +79,7 @@ fn an_odd_ride_has_its_cause_and_size() {
     assert_eq!((row.cause.as_deref(), row.n_others), (Some("wind"), 5));
     let (low, high) = row.ci95_low.zip(row.ci95_high).expect("an interval");
     assert!((low..high).contains(&2.0), "{low} to {high}");
-    assert!(row.sentence.contains("against the motorcycle's 5 other rides"), "{}", row.sentence);
+    assert!(row.sentence.contains("from the motorcycle's 5 other rides"), "{}", row.sentence);
 }
 
 #[test]
@@ -89,6 +89,12 @@ fn a_change_that_lasts_is_one_change_since_then() {
     assert_eq!((row.ident.session_id.as_str(), row.rides.as_str()), ("s07", "since"));
     assert_eq!((row.cause.as_deref(), row.n_rides, row.n_others), (Some("pad_heat"), 5, 7));
     assert_eq!(words::place(row), "since s07 (2026-05-08)");
+    let all = changes(
+        (0..12).map(|k| ride(2, k, if k >= 7 { &[("pad_heat", 40.0)] } else { &[] })).collect(),
+    );
+    assert_eq!(words::head(&all).as_deref(), Some("7 of 12 rides as before, 5 as since a change"));
+    let late = all.iter().find(|r| r.ident.session_id == "s09").expect("a row");
+    assert!(late.sentence.starts_with("as the rides since s07"), "{}", late.sentence);
 }
 
 /// Two odd rides among four others, each a reference of the other.
@@ -101,6 +107,26 @@ fn one_odd_ride_does_not_hide_another() {
     });
     let causes: Vec<_> = rows.iter().map(|r| r.cause.as_deref()).collect();
     assert_eq!(causes, [Some("latency"), Some("road_grade")], "{rows:#?}");
+}
+
+/// Every third ride: the others are still the reference.
+#[test]
+fn a_third_of_odd_rides_is_found() {
+    let rows = found(6, 15, |k| if k % 3 == 1 { vec![("latency", 60.0)] } else { vec![] });
+    let odd: Vec<_> = rows.iter().map(|r| r.ident.session_id.as_str()).collect();
+    assert_eq!(odd, ["s01", "s04", "s07", "s10", "s13"], "{rows:#?}");
+}
+
+/// Nobody knows which of rides without a time came first.
+#[test]
+fn rides_without_a_time_have_no_date_of_a_change() {
+    let undated = |k: usize| {
+        let mut ride = ride(7, k, if k >= 8 { &[("wind", 100.0)] } else { &[] });
+        ride.ident.start_time = None;
+        ride
+    };
+    let rows = changes((0..12).map(undated).collect());
+    assert!(rows.iter().all(|r| r.rides == "ride"), "{rows:#?}");
 }
 
 #[test]
@@ -119,11 +145,7 @@ fn a_parameter_that_no_effect_moves_has_no_cause() {
     let rows: Vec<ChangeRow> = rows.into_iter().filter(words::is_change).collect();
     let [row] = &rows[..] else { panic!("{rows:#?}") };
     assert_eq!((row.verdict.as_str(), row.cause.as_deref()), ("changed", Some("radius_front")));
-    assert!(
-        row.sentence.starts_with("cause unknown: the front rolling radius"),
-        "{}",
-        row.sentence
-    );
+    assert!(row.sentence.starts_with("the front rolling radius differs by"), "{}", row.sentence);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Changes in words.
 
+use std::collections::BTreeSet;
+
 use super::difference::Difference;
 use super::numbers::{History, Number};
 use super::search::{Change, Rides};
@@ -70,20 +72,32 @@ pub(crate) fn size(value: f64, half_width: f64, unit: &str) -> String {
 pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
     let mut text = String::new();
     for rows in rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id) {
-        let rides = || rows.iter().filter(|r| r.rides == "ride" && r.verdict != "too_few");
-        let same = rides().filter(|r| r.verdict == "as_before").count();
-        let changes = rows.iter().filter(|r| is_change(r));
-        let odd = rides().filter(|r| is_change(r)).map(|r| &r.ident.session_id);
-        let odd = odd.collect::<std::collections::BTreeSet<_>>().len();
-        if same + odd == 0 {
-            continue;
-        }
-        text += &format!("{}: {same} of {} rides as before\n", rows[0].ident.bike_id, same + odd);
-        for row in changes {
+        let Some(head) = head(rows) else { continue };
+        text += &format!("{}: {head}\n", rows[0].ident.bike_id);
+        for row in rows.iter().filter(|r| is_change(r)) {
             text += &format!("  {}: {}\n", place(row), row.sentence);
         }
     }
     text
+}
+
+/// How many rides of a motorcycle are as before; `None` where none can be compared.
+pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
+    let of = |is: &dyn Fn(&ChangeRow) -> bool| {
+        let rides = rows.iter().filter(|r| r.rides == "ride" && is(r));
+        rides.map(|r| &r.ident.session_id).collect::<BTreeSet<_>>().len()
+    };
+    let all = of(&|r| r.verdict != "too_few");
+    let (same, since) = (of(&|r| r.verdict == "as_before"), of(&|r| r.verdict == "as_since"));
+    let unclear = of(&|r| r.verdict == "unclear");
+    let more = |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
+    (all > 0).then(|| {
+        format!(
+            "{same} of {all} rides as before{}{}",
+            more(since, "as since a change"),
+            more(unclear, "unclear")
+        )
+    })
 }
 
 /// Whether a row says that something changed.
@@ -102,17 +116,18 @@ pub(crate) fn place(row: &ChangeRow) -> String {
 /// A change as a sentence.
 pub(crate) fn sentence(history: &History, change: &Change, others: usize) -> String {
     let number = &history.numbers[change.cause];
-    let against = match (change.rides, others) {
-        (Rides::One(_), n) => format!("against the motorcycle's {n} other rides"),
-        (Rides::Since(_), n) => format!("since then, against the {n} rides before"),
+    let from = match (change.rides, others) {
+        (Rides::One(_), n) => format!("from the motorcycle's {n} other rides"),
+        (Rides::Since(_), n) => format!("from the {n} rides before"),
     };
     let size = size(change.size, change.half_width, &number.unit);
     let text = match number.effect {
         Some(effect) => {
-            format!("{} {size} {against}: {}", number.name, effect.sentence_of(change.size))
+            let what = effect.sentence_of(change.size);
+            format!("{} differs by {size} {from}, as if {what}", number.name)
         }
         None => {
-            format!("cause unknown: {} changed by {size} {against}", parameter(&number.name))
+            format!("{} differs by {size} {from}, the cause is not known", parameter(&number.name))
         }
     };
     let rivals: Vec<&str> =

@@ -29,7 +29,6 @@ pub(crate) mod left_out;
 pub(crate) mod null_calibration;
 pub(crate) mod null_simulation;
 #[cfg(feature = "internals")]
-pub(crate) mod odd;
 pub(crate) mod oracle;
 pub(crate) mod other_machines;
 pub(crate) mod parameters;

@@ -12,7 +12,6 @@ use super::extended_model::extended_model;
 use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, calibrate};
 use super::null_simulation::NullSimulation;
-use super::odd::odd_manoeuvres;
 use super::parameters::Parameters;
 use super::replays::Replays;
 use super::samples::{BLOCK, RATE, Samples};
@@ -35,8 +34,7 @@ use crate::simulate::effects::{ALL, Effect};
 use crate::statistics::smooth::{gradient, smooth};
 use crate::store::objects::Location;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, OddManoeuvre, SimulatedSample,
-    SimulationError,
+    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
 };
 use crate::tyre::formulation::Formulation;
 
@@ -74,8 +72,6 @@ pub struct RoadDiagnosis {
     pub estimates: Vec<EstimateRow>,
     /// Rows of `effect_traces`.
     pub effect_traces: Vec<EffectTrace>,
-    /// Rows of `odd_manoeuvres`.
-    pub odd: Vec<OddManoeuvre>,
     /// The extended model.
     pub model: ExtendedModel,
     /// Where it was ridden.
@@ -285,8 +281,6 @@ pub fn diagnose(
     let site = session.meta.site.clone();
     let Prepared { start, calibration, .. } = prepared;
     let (estimates, effect_traces) = estimates::estimates(samples, &start.base, ALL, &ident);
-    // with its causes: what they explain happens in every manoeuvre
-    let odd = odd_manoeuvres(samples, &naming.extended, &ident);
     Ok(RoadDiagnosis {
         ident,
         naming,
@@ -299,7 +293,6 @@ pub fn diagnose(
         simulation_errors,
         estimates,
         effect_traces,
-        odd,
         model,
         site,
         n_samples: session.len as i64,
@@ -320,8 +313,6 @@ pub struct Estimated {
     pub estimates: Vec<EstimateRow>,
     /// Rows of `effect_traces`.
     pub effect_traces: Vec<EffectTrace>,
-    /// Rows of `odd_manoeuvres`.
-    pub odd: Vec<OddManoeuvre>,
 }
 
 /// Estimates all numbers of a clean, unfiltered session, without fault-free simulations.
@@ -337,9 +328,8 @@ pub(crate) fn estimated(
     let ident = Ident::from(&used.meta);
     let start = base.starting_point(&samples, ALL);
     let (estimates, effect_traces) = estimates::estimates(&samples, &start.base, ALL, &ident);
-    let odd = odd_manoeuvres(&samples, &start.base, &ident);
     let (site, n_samples) = (session.meta.site.clone(), session.len as i64);
-    Ok(Estimated { ident, site, n_samples, estimates, effect_traces, odd })
+    Ok(Estimated { ident, site, n_samples, estimates, effect_traces })
 }
 
 /// Says of a latency that is found here what `run` does about it.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::diagnose::reference::words::{is_change, place};
+use crate::diagnose::reference::words::{head, is_change, place};
 use crate::report::diagnosis::cause_labels::sentence;
 use crate::report::error::Error;
 use crate::statistics::number_format::typeset;
@@ -26,8 +26,7 @@ pub(crate) struct Change {
 #[allow(missing_docs)] // parts of the line in the template
 pub(crate) struct Motorcycle {
     pub(crate) bike_id: String,
-    pub(crate) rides: usize,
-    pub(crate) as_before: usize,
+    pub(crate) head: String,
     pub(crate) changes: Vec<Change>,
 }
 
@@ -45,18 +44,14 @@ pub(crate) fn motorcycles<'a>(
     page_of: impl Fn(&Ident) -> Option<&'a str>,
 ) -> Vec<Motorcycle> {
     let of_bike = |rows: &[ChangeRow]| {
-        let compared = rows.iter().filter(|r| r.rides == "ride" && r.verdict != "too_few");
-        let mut rides: Vec<&str> = compared.map(|r| r.ident.session_id.as_str()).collect();
-        rides.dedup();
-        Motorcycle {
+        Some(Motorcycle {
             bike_id: rows[0].ident.bike_id.clone(),
-            rides: rides.len(),
-            as_before: rows.iter().filter(|r| r.verdict == "as_before").count(),
+            head: head(rows)?,
             changes: rows.iter().filter(|r| is_change(r)).map(|r| change(r, &page_of)).collect(),
-        }
+        })
     };
     let chunks = rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id);
-    let mut all: Vec<Motorcycle> = chunks.map(of_bike).filter(|m| m.rides > 0).collect();
+    let mut all: Vec<Motorcycle> = chunks.filter_map(of_bike).collect();
     all.sort_by_key(|m| m.changes.is_empty());
     all
 }

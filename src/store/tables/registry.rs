@@ -173,7 +173,6 @@ tables! {
     SIMULATION_ERRORS: "simulation_errors", SimulationError, Session, Diagnose, WhereItApplies;
     ESTIMATES: "estimates", EstimateRow, Session, Diagnose, WhereItApplies;
     EFFECT_TRACES: "effect_traces", EffectTrace, Session, Diagnose, WhereItApplies;
-    ODD_MANOEUVRES: "odd_manoeuvres", OddManoeuvre, Session, Diagnose, WhereItApplies;
     CHANGES: "changes", ChangeRow, Fleet, Diagnose, Always;
     TRUTH: "truth", Truth, Truth, Simulate, WhereItApplies;
     TRUTH_SEGMENTS: "truth_segments", TruthSegment, Truth, Simulate, Always;

@@ -340,24 +340,6 @@ pub struct EffectTrace {
     pub slope: f64,
 }
 
-/// A row of `odd_manoeuvres`, of `diagnose`: a manoeuvre that differs from the ride's others.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs)] // the schema file describes each field
-pub struct OddManoeuvre {
-    #[serde(flatten)]
-    pub ident: Ident,
-    pub kind: String,
-    pub start: f64,
-    pub end: f64,
-    pub channel: String,
-    pub difference: f64,
-    pub unit: String,
-    pub std_error: f64,
-    pub t: f64,
-    pub chance: f64,
-    pub sentence: String,
-}
-
 /// A row of `changes`, of `diagnose`: what differs between a motorcycle's sessions.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
