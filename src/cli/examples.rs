@@ -18,7 +18,7 @@ Examples:
   roadbench run ride.parquet --bikes bikes -o out
   roadbench run /archive/sessions -o /archive/tables --log-format json
   roadbench run 's3://fleet/sessions/bike=b1*/**/*.parquet' --bikes bikes -o out
-  roadbench run fixtures/archive -o out -j 2 -q
+  roadbench run fixtures/archive -o out -q
   roadbench run fixtures/archive -o out --dry-run
   roadbench run fixtures/archive -o out --model causes   causes: of `diagnose`";
 
