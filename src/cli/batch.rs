@@ -17,7 +17,7 @@ use crate::batch::workers::scheduler::{Accounts, Intended};
 use crate::batch::{self, Maps, Settings, State, Work};
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::cli::log;
+use crate::cli::{log, say};
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
 use crate::store::objects::Location;
@@ -28,6 +28,9 @@ use crate::store::tables::output::Outputs;
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;
 
+/// The variable that stands in for `--bikes`.
+pub(crate) const BIKES: &str = "ROADBENCH_BIKES";
+
 /// Options of a batch.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Options {
@@ -36,18 +39,19 @@ pub(crate) struct Options {
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     inputs: Vec<Location>,
     /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = BIKES, hide_env_values = true)]
     #[arg(value_parser = location(), value_hint = ValueHint::DirPath)]
     bikes: Option<Location>,
     /// Folder or URL for the tables and the report; sessions that it holds already are kept.
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     #[arg(value_parser = location(), value_hint = ValueHint::DirPath)]
     out: Location,
     /// Settings of the stages; a file, or a built-in one: onroad (the default), offroad, paper.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
-    /// Channel map of logs that are not session.v1; may be repeated. Without it the shipped maps
-    /// are tried.
+    /// Channel map of logs that are not session.v1; may be repeated.
+    ///
+    /// Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Progress bar on stderr; only ever shown on a terminal.
@@ -59,15 +63,21 @@ pub(crate) struct Options {
     /// Only logs that were written since then, a date or a time: 2026-05-01, 2026-05-01T22:00:00Z.
     #[arg(long, value_name = "WHEN", value_parser = moment)]
     since: Option<SystemTime>,
-    /// Memory that one log may take, GB; one that takes more is rejected (too_large). By default 1.5 GB and 40 times
-    /// the log's size, and for all --jobs together no more than the machine has.
+    /// Memory that one log may take, GB.
+    ///
+    /// One that takes more is rejected (too_large). By default 1.5 GB and 40 times the log's size, and for all
+    /// --jobs together no more than the machine has.
     #[arg(long, value_name = "GB", value_parser = above_zero)]
     memory_limit: Option<f64>,
-    /// Processor time that one log may take, s; one that takes more is rejected (too_slow). By default a minute and 20 s
-    /// per MB of the log, and more with every null of a diagnosis.
+    /// Processor time that one log may take, s.
+    ///
+    /// One that takes more is rejected (too_slow). By default a minute and 20 s per MB of the log, and more with
+    /// every fault-free simulation of a diagnosis.
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     time_limit: Option<f64>,
-    /// Read the logs in this process instead of in workers: without limits, and one that crashes it ends the batch.
+    /// Read the logs in this process instead of in workers.
+    ///
+    /// There are no limits then, and a log that crashes the process ends the batch.
     #[arg(long)]
     in_process: bool,
     /// Only tell what would be done with each log, and why; nothing is written.
@@ -75,7 +85,7 @@ pub(crate) struct Options {
     pub dry_run: bool,
     /// Whether results are not printed: the demo has its own words for them.
     #[arg(skip)]
-    pub quiet: bool,
+    quiet: bool,
 }
 
 /// When the progress bar is shown.
@@ -123,7 +133,12 @@ impl Options {
 
     /// Whether the progress bar may be shown.
     pub(crate) fn shows_progress(&self) -> bool {
-        self.progress == Show::Auto
+        self.progress == Show::Auto && !say::is_quiet()
+    }
+
+    /// Whether results are not printed.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet || say::is_quiet()
     }
 
     /// Where the batch writes.

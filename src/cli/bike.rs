@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 
 use crate::cli::examples::BIKE;
 use crate::cli::failure::Failure;
-use crate::cli::say::say;
+use crate::cli::say::{self, note, say};
 use crate::contract::bike::{Axle, schema};
 use crate::motorcycle::catalogue::file::{cost_of, rounded, text};
 use crate::motorcycle::catalogue::owner::Portrait;
@@ -67,7 +67,7 @@ pub(crate) struct New {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Folder of bike files.
-    #[arg(long, value_name = "DIR", default_value = "bikes", value_hint = ValueHint::DirPath)]
+    #[arg(short, long, value_name = "DIR", default_value = "bikes", value_hint = ValueHint::DirPath)]
     out: PathBuf,
     /// Write over a file that is there.
     #[arg(long)]
@@ -112,12 +112,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let text = text(&portrait, &name).map_err(Failure::usage)?;
     let path = new.out.join(format!("{name}.toml"));
     write(&path, &text, new.force)?;
-    summary(&portrait, &path);
+    if !say::is_quiet() {
+        summary(&portrait, &path);
+    }
     if name == "default" {
-        say!("\nBikes without a file of their own are now taken as this one, with a warning.");
+        note!("\nBikes without a file of their own are now taken as this one, with a warning.");
     } else {
-        say!("\nNext: roadbench run LOG --bikes {} --out out", new.out.display());
-        say!(
+        note!("\nNext: roadbench run LOG --bikes {} --out out", new.out.display());
+        note!(
             "A log that does not say that it is of {name}: roadbench convert LOG --bike {name} --out ride.parquet"
         );
     }

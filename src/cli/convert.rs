@@ -10,7 +10,7 @@ use crate::cli::bike::bad_name;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::log::{self, rejected};
-use crate::cli::say::{put, say, tell};
+use crate::cli::say::{note, put, tell};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ID")]
     bike: Option<String>,
     /// The Parquet file to write.
-    #[arg(long, value_name = "FILE", required_unless_present = "dry_run")]
+    #[arg(short, long, value_name = "FILE", required_unless_present = "dry_run")]
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Option<Location>,
     /// Rate of the common clock; without it the fastest channel's own.
@@ -114,8 +114,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     ingest::session_bytes(&session, arguments.float32)
         .and_then(|bytes| output::write(&out, &bytes))
         .map_err(|e| Failure::Output(e.to_string()))?;
-    put!("{}", summary(&session, &warnings));
-    say!("written to {}", out);
+    note!("{}", summary(&session, &warnings).trim_end_matches('\n'));
+    note!("written to {}", out);
     Ok(())
 }
 

@@ -20,11 +20,11 @@ use crate::store::tables::file;
 use crate::store::tables::output::Outputs;
 use crate::store::tables::rows::{CauseRow, Coefficient, Status};
 
-/// Simulate two rides with a hidden fault, estimate the tyres, find the fault, open the report
+/// Simulate two rides with a hidden fault, find it, open the report
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Folder for the rides and the results.
-    #[arg(long, value_name = "DIR", default_value = "roadbench-demo")]
+    #[arg(short, long, value_name = "DIR", default_value = "roadbench-demo")]
     out: PathBuf,
     /// Do not open the report.
     #[arg(long)]

@@ -28,8 +28,9 @@ pub(crate) struct Arguments {
     /// the motorcycle's other rides, which takes a tenth of the time.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
-    /// Simulate additional riding for every cause that a ride cannot reveal, and say which would show it and
-    /// how well; takes half as long again. For causes that a ride cannot distinguish this is always done.
+    /// Simulate additional riding for every cause that a ride cannot reveal.
+    ///
+    /// It says which would show it and how well, and takes half as long again. For causes that a ride cannot distinguish this is always done.
     #[arg(long)]
     advise: bool,
     /// Print the rows of table `causes` as JSON, one object a line.
@@ -62,9 +63,9 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     if arguments.batch.dry_run {
         return dry_run(&given, &work);
     }
-    let format = match (arguments.batch.quiet, arguments.json) {
-        (true, _) => Format::None,
-        (false, true) => Format::Json,
+    let format = match (arguments.json, arguments.batch.is_quiet()) {
+        (true, _) => Format::Json,
+        (false, true) => Format::None,
         (false, false) => Format::Words,
     };
     let progress = Progress::new(bar, arguments.batch.shows_progress());

@@ -8,6 +8,7 @@ use clap::ValueHint;
 use crate::batch::jobs::models;
 use crate::batch::store::mark;
 use crate::batch::store::reading::Reading;
+use crate::cli::batch::BIKES;
 use crate::cli::choices::{CoefficientSet, Tyre, TyreFormat};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
@@ -36,7 +37,7 @@ pub(crate) struct Arguments {
     tyre: Option<Tyre>,
     /// Folder of bike files: dimensions, static load, and what no ride gives. A c, fmu, tydex or
     /// simulator file needs it; a tir file has placeholders and no combined slip without it.
-    #[arg(long)]
+    #[arg(long, value_name = "DIR", env = BIKES, hide_env_values = true)]
     bikes: Option<PathBuf>,
     /// Which set of coefficients a tir file has; the reduced one where the ride gave half of a tyre.
     #[arg(long, value_enum, default_value = "5.2")]
@@ -48,13 +49,15 @@ pub(crate) struct Arguments {
     /// the same.
     #[arg(long)]
     load: Option<f64>,
-    /// Add what `diagnose` found of the tyres: PATH is its output, here or in an object store, or one session's
-    /// model file, as for `run --model`. Best with an OUT that `run --model` wrote with the same PATH.
+    /// Add what `diagnose` found of the tyres.
+    ///
+    /// PATH is its output, here or in an object store, or one session's model file, as for `run --model`. Best with an OUT that `run --model` wrote with the same PATH.
     #[arg(long, value_name = "PATH")]
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     model: Option<Location>,
     /// Where to write; stdout without it.
-    #[arg(long = "out", value_name = "FILE", value_parser = location(), value_hint = ValueHint::AnyPath)]
+    #[arg(short = 'o', long = "out", value_name = "FILE")]
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     file: Option<Location>,
 }
 

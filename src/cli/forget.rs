@@ -7,7 +7,9 @@ use crate::cli::say::say;
 use crate::statistics::number_format::count;
 use crate::store::objects::Location;
 
-/// Remove sessions from an output: their rows from every table, their pages from the report
+/// Remove sessions from an output
+///
+/// Their rows go from every table and their pages from the report; the logs stay.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 
+use crate::cli::batch::BIKES;
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
 use crate::cli::location::{location, require_folder};
@@ -29,14 +30,14 @@ pub(super) mod text;
 
 use facts::{ChannelFacts, Estimate, Facts, Inspection, Noticed, Reason};
 
-/// Show a log's channels, rates, gaps, and what can be estimated from it
+/// Show a log's channels, rates, gaps and what it can estimate
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
     /// Folder of bike files; with it units and signs are checked against the bike.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = BIKES, hide_env_values = true)]
     bikes: Option<PathBuf>,
     /// Channel map to use; may be repeated. Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]

@@ -21,13 +21,15 @@ pub(crate) enum LogFormat {
 /// Sends events to stderr; the bar steps aside for each line.
 ///
 /// Text at a terminal is for a person, who sees the bar and the list of what was rejected:
-/// only what needs attention is logged. Elsewhere there is an event per session. `verbose`
-/// shows everything.
-pub(crate) fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
+/// only what needs attention is logged. Elsewhere there is an event per session, unless `quiet`.
+/// `verbose` shows more, above 1 what the libraries trace too.
+pub(crate) fn init(format: LogFormat, verbose: u8, quiet: bool, bar: &ProgressBar) {
     let level = match (verbose, format) {
-        (true, _) => LevelFilter::DEBUG,
-        (false, LogFormat::Text) if io::stderr().is_terminal() => LevelFilter::WARN,
-        (false, _) => LevelFilter::INFO,
+        (2.., _) => LevelFilter::TRACE,
+        (1, _) => LevelFilter::DEBUG,
+        (0, _) if quiet => LevelFilter::WARN,
+        (0, LogFormat::Text) if io::stderr().is_terminal() => LevelFilter::WARN,
+        (0, _) => LevelFilter::INFO,
     };
     let bar = bar.clone();
     let writer = move || Lines { bar: bar.clone() };

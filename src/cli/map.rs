@@ -10,7 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::inspect_source::print;
 use crate::cli::location::location;
 use crate::cli::log::{self, rejected};
-use crate::cli::say::{say, tell};
+use crate::cli::say::{note, tell};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "map")]
     mend: bool,
     /// File for the map; without it the map goes to stdout. On a terminal every guess is asked about first.
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     out: Option<PathBuf>,
     /// Bike file: its wheel radii stand in for those that wheel speeds in km/h were computed with.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
 fn put_map(arguments: &Arguments, text: &str, said: &str) -> Result<(), Failure> {
     let Some(path) = &arguments.out else { return print(text) };
     output::write(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?;
-    say!("{said}; written to {}", path.display());
+    note!("{said}; written to {}", path.display());
     Ok(())
 }
 

@@ -5,13 +5,14 @@ use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use indicatif::ProgressBar;
 use say::tell;
 
 use crate::batch::workers::threads::STACK;
 use crate::batch::workers::{fence, threads};
 
+use colour::Colour;
 use failure::Failure;
 use logging::LogFormat;
 
@@ -53,22 +54,48 @@ mod version;
 
 /// Motorcycle tyre coefficients, with confidence intervals, from riding logs.
 #[derive(Debug, Parser)]
-#[command(name = "roadbench", version, long_version = version::long(), about, max_term_width = 100)]
+#[command(name = "roadbench", version, long_version = version::long(), about, max_term_width = 80)]
 #[command(after_help = examples::ROADBENCH)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+/// Options of every command.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = GLOBAL)]
+struct Global {
+    /// Sessions, rides or pages at the same time; 0 takes one per core.
+    #[arg(short, long, value_name = "N", default_value_t = 0, global = true)]
+    #[arg(env = "ROADBENCH_JOBS", hide_env_values = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(..=1024))]
+    jobs: u16,
+    /// No progress, summary or notes: warnings, errors and what was asked for.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Log more; -vv logs what the libraries trace, too.
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    verbose: u8,
     /// How log events are written to stderr.
     #[arg(long, value_name = "FORMAT", default_value = "text", global = true)]
     log_format: LogFormat,
-    /// Log more.
-    #[arg(short, long, global = true)]
-    verbose: bool,
-    /// Sessions, rides or pages that are worked on at the same time; 0 takes one per core.
-    #[arg(long, value_name = "N", default_value_t = 0, global = true)]
-    #[arg(value_parser = clap::value_parser!(u16).range(..=1024))]
-    jobs: u16,
+    /// When to use colours.
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
+    color: Colour,
 }
+
+/// Heading of the options of every command.
+const GLOBAL: &str = "Global options";
+
+/// The commands as `--help` lists them. One that is in no group is not listed, and a test fails.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Analyse", &["run", "diagnose", "report", "export"]),
+    ("Prepare", &["inspect", "map", "convert", "bike"]),
+    ("Simulate", &["demo", "plan", "simulate", "replay", "modes", "tyre"]),
+    ("Maintain", &["verify", "forget", "schema", "completions", "man"]),
+];
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -152,9 +179,14 @@ fn ended(panic: &(dyn Any + Send)) -> Failure {
 }
 
 fn commanded(arguments: &[OsString]) -> u8 {
-    let arguments = Arguments::parse_from(arguments);
+    let program = without_empty(command()).color(Colour::of(arguments).into());
+    let parsed = Arguments::from_arg_matches(&program.get_matches_from(arguments));
+    let arguments = parsed.unwrap_or_else(|e| e.exit());
+    let Global { jobs, quiet, verbose, log_format, color } = arguments.global;
+    color.take();
+    say::set_quiet(quiet);
     let bar = ProgressBar::hidden();
-    logging::init(arguments.log_format, arguments.verbose, &bar);
+    logging::init(log_format, verbose, quiet, &bar);
     let command = || match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
@@ -173,15 +205,15 @@ fn commanded(arguments: &[OsString]) -> u8 {
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(&a, bar),
-        Command::Completions(a) => shell::completions(&a, Arguments::command()),
-        Command::Man(a) => shell::man(&a, Arguments::command()),
+        Command::Completions(a) => shell::completions(&a, self::command()),
+        Command::Man(a) => shell::man(&a, self::command()),
     };
     // nothing that is looked at afterwards is left half-done
-    let done = catch_unwind(AssertUnwindSafe(|| with_jobs(arguments.jobs, command)));
+    let done = catch_unwind(AssertUnwindSafe(|| with_jobs(jobs, command)));
     let result = done.unwrap_or_else(|panic| Err(ended(&*panic)));
     let Err(failure) = result else { return 0 };
     let (code, message) = failure.parts();
-    match arguments.log_format {
+    match log_format {
         _ if message.is_empty() => {}
         LogFormat::Text => {
             tell!("{} {message}\n", colour::red("roadbench:", colour::on_stderr()));
@@ -201,10 +233,40 @@ fn outgrown_files_are_errors() {
     }
 }
 
-/// The whole command line, for who looks through its options.
-#[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
+/// The whole command line, its commands in groups.
 pub fn command() -> clap::Command {
-    Arguments::command()
+    let program = Arguments::command();
+    let template = grouped(&program);
+    program.help_template(template)
+}
+
+/// The help of the program, with a heading for each of [`GROUPS`]; clap has one for all commands.
+fn grouped(program: &clap::Command) -> String {
+    let (heading, literal) =
+        (program.get_styles().get_header(), program.get_styles().get_literal());
+    let width = GROUPS.iter().flat_map(|g| g.1).map(|name| name.len()).max().unwrap_or(0);
+    let mut text = "{about-with-newline}\n{usage-heading} {usage}\n\n".to_owned();
+    for (group, names) in GROUPS {
+        text += &format!("{heading}{group}:{heading:#}\n");
+        for command in names.iter().filter_map(|name| program.find_subcommand(name)) {
+            let (name, about) = (command.get_name(), command.get_about());
+            let about = about.map(ToString::to_string).unwrap_or_default();
+            text +=
+                &format!("  {literal}{name}{literal:#}{:1$}  {about}\n", "", width - name.len());
+        }
+        text.push('\n');
+    }
+    text += &format!("{heading}{GLOBAL}:{heading:#}\n{{options}}{{after-help}}");
+    text
+}
+
+/// Takes variables that are set, but to nothing, as not set.
+fn without_empty(program: clap::Command) -> clap::Command {
+    let argument = |a: clap::Arg| {
+        let is_empty = a.get_env().and_then(std::env::var_os).is_some_and(|value| value.is_empty());
+        if is_empty { a.env(clap::builder::Resettable::Reset) } else { a }
+    };
+    program.mut_args(argument).mut_subcommands(without_empty)
 }
 
 /// A command whose parallel work has so many threads.

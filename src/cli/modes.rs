@@ -5,7 +5,7 @@ use clap::builder::NonEmptyStringValueParser;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::cli::say::say;
+use crate::cli::say::{note, say};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::multibody::description::BUILTIN;
 use crate::simulate::multibody::modes::{Mode, Name, over_speed};
@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1.0, value_name = "SPEED")]
     step: f64,
     /// Folder for the table (modes.parquet) and the figure (modes.svg).
-    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    #[arg(short, long, value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Option<Location>,
 }
 
@@ -87,8 +87,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [table, drawing] = FILES.map(|name| out.join(name));
     output::write_rows(&table, &rows).map_err(fail)?;
     output::write(&drawing, figure(&name, &modes).as_bytes()).map_err(fail)?;
-    say!("table: {table}");
-    say!("figure: {drawing}");
+    note!("table: {table}");
+    note!("figure: {drawing}");
     Ok(())
 }
 

@@ -6,11 +6,12 @@ use clap::ValueHint;
 use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
+use crate::cli::batch::BIKES;
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::cli::log::{self, rejected};
 use crate::cli::modes;
-use crate::cli::say::say;
+use crate::cli::say::{note, say};
 use crate::cli::steps::Steps;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
@@ -28,7 +29,7 @@ use crate::store::tables::file;
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
 
-/// Simulate the braking manoeuvres of a log again from its measured brake pressures
+/// Simulate a log's stops again from its measured brake pressures
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// A log.
@@ -46,13 +47,13 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
     /// Folder of bike files.
-    #[arg(long)]
+    #[arg(long, value_name = "DIR", env = BIKES, hide_env_values = true)]
     bikes: PathBuf,
     /// Channel map of a log that is not session.v1; may be repeated.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Folder for the table (replay.parquet) and the figure (replay.svg).
-    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    #[arg(short, long, value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Option<Location>,
 }
 
@@ -121,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     output::write_rows(table, &rows).map_err(fail)?;
     if let Some(replay) = drawn {
         output::write(&path, figure(&replay).as_bytes()).map_err(fail)?;
-        say!("figure: {path}");
+        note!("figure: {path}");
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use crate::cli::browser;
 use crate::cli::choices::{FigureFormat, PageKind};
 use crate::cli::failure::Failure;
 use crate::cli::location::require_folder;
-use crate::cli::say::say;
+use crate::cli::say::{note, say};
 use crate::contract::bike::Axle;
 use crate::report::session::{bench_points, bench_values};
 use crate::report::static_figures::write;
@@ -28,10 +28,11 @@ use crate::tyre::tydex;
 pub(crate) struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
-    /// Values of a tyre bench to show beside the estimates, as CSV with the columns tyre, coefficient,
-    /// value and if known std_error, camber, bike_id; kept in the folder as bench.csv. Or points that a bench
-    /// measured, as TYDEX files: front=FILE.tdx,rear=FILE.tdx, drawn with the friction of every session; kept as
-    /// bench_front.tdx and bench_rear.tdx.
+    /// Values or points of a tyre bench to show beside the estimates.
+    ///
+    /// Values are CSV with the columns tyre, coefficient, value and if known std_error, camber, bike_id; kept in the
+    /// folder as bench.csv. Points that a bench measured are TYDEX files: front=FILE.tdx,rear=FILE.tdx, drawn with the
+    /// friction of every session; kept as bench_front.tdx and bench_rear.tdx.
     #[arg(long, value_name = "FILE|TYRE=FILE.tdx", value_delimiter = ',')]
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     bench: Vec<String>,
@@ -57,9 +58,10 @@ pub(crate) struct Arguments {
 /// What the report's pages are like.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct Pages {
-    /// What the pages of the sessions are like: by default each is one file that opens anywhere, of more
-    /// than 50 they share script and style in `report/assets`, and of more than 1000 only those are there
-    /// that `report --open` was asked for.
+    /// What the pages of the sessions are like.
+    ///
+    /// By default each is one file that opens anywhere, of more than 50 they share script and style in
+    /// `report/assets`, and of more than 1000 only those are there that `report --open` was asked for.
     #[arg(long = "pages", value_name = "KIND", default_value = "auto", hide_default_value = true)]
     pub kind: PageKind,
 }
@@ -67,12 +69,15 @@ pub(crate) struct Pages {
 /// The report for other places than a browser.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct Copies {
-    /// Folder for every plot as a file, in the format of --figure-format. Earlier figures whose session or
-    /// coefficient is gone are removed; other files in it stay.
+    /// Folder for every plot as a file, in the format of --figure-format.
+    ///
+    /// Earlier figures whose session or coefficient is gone are removed; other files in it stay.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
-    /// What files the figures become. PNG has three pixels to the SVG's one (1860 x 1260 for
-    /// most) and its text in DejaVu Sans, whatever fonts the machine has.
+    /// What files the figures become.
+    ///
+    /// PNG has three pixels to the SVG's one (1860 x 1260 for most) and its text in DejaVu Sans, whatever fonts
+    /// the machine has.
     #[arg(long, value_name = "FORMAT", default_value = "svg", requires = "figures")]
     figure_format: FigureFormat,
     /// File for the summary in Markdown, for pull requests and chat.
@@ -155,7 +160,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         .and_then(|()| arguments.copies.write(copy.folder(), only))
         .map_err(failure)?;
     copy.publish(["report"])?;
-    say!("{}", out.join("report").join("index.html").display());
+    note!("{}", out.join("report").join("index.html").display());
     Ok(())
 }
 

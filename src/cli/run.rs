@@ -36,10 +36,11 @@ use crate::store::tables::rows;
 pub(crate) struct Arguments {
     #[command(flatten)]
     batch: Options,
-    /// Remove from the recordings what `diagnose` identified: PATH is its output, here or in an object store.
-    /// Each session is corrected for its own causes and for those that it shares with others. PATH may be one
-    /// session's model file, too: causes that usually are the motorcycle's then go to all of its sessions,
-    /// the others to that session only.
+    /// Remove from the recordings what `diagnose` identified.
+    ///
+    /// PATH is its output, here or in an object store. Each session is corrected for its own causes and for those
+    /// that it shares with others. PATH may be one session's model file, too: causes that usually are the
+    /// motorcycle's then go to all of its sessions, the others to that session only.
     #[arg(long, value_name = "PATH")]
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     model: Option<Location>,
@@ -133,7 +134,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
             arguments.copies.write(LocalCopy::of(out)?.folder(), None)?;
         }
         summarise()?;
-        if !arguments.batch.quiet {
+        if !arguments.batch.is_quiet() {
             print_unchanged(&accounts, out);
         }
         return damaged(&accounts).and_then(|()| rejected(&accounts));
@@ -142,7 +143,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         arguments.copies.write(copy.folder(), None)
     })?;
     summarise()?;
-    if !arguments.batch.quiet {
+    if !arguments.batch.is_quiet() {
         match watch.only() {
             Some(only) => {
                 print(&terminal::summary(&only.session, &only.coefficients));

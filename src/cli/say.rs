@@ -2,8 +2,22 @@
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::store::objects::plain::plain;
+
+/// Whether `--quiet` was given.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on notes are left out, or not.
+pub(super) fn set_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether progress, summaries and notes are left out.
+pub(crate) fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
 
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.
@@ -39,4 +53,13 @@ macro_rules! say {
     };
 }
 
-pub(crate) use {put, say, tell};
+/// As `say!`, for what nobody asked for: where a file was written, what a command did. `--quiet` leaves it out.
+macro_rules! note {
+    ($($text:tt)*) => {
+        if !$crate::cli::say::is_quiet() {
+            $crate::cli::say::say!($($text)*);
+        }
+    };
+}
+
+pub(crate) use {note, put, say, tell};

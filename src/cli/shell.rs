@@ -7,7 +7,7 @@ use clap::Command;
 use clap_complete::Shell;
 
 use crate::cli::failure::Failure;
-use crate::cli::say::{put, say};
+use crate::cli::say::{note, put};
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
 
@@ -56,7 +56,7 @@ pub(crate) fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
     for (name, page) in &pages {
         output::write(dir.join(name), page).map_err(|e| failed(&e))?;
     }
-    say!("{} pages in {}", pages.len(), dir.display());
+    note!("{} pages in {}", pages.len(), dir.display());
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::cli::say::say;
+use crate::cli::say::{note, say};
 use crate::cli::steps::Steps;
 use crate::contract::session::Meta;
 use crate::ingest::write_session;
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
-    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    #[arg(short, long, value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Location,
     /// Bikes, instead of the scenario's number.
     #[arg(long)]
@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         file::write_bytes(out.join("scenario.toml"), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
-    say!(
+    note!(
         "{}: {} sessions of {} bikes, with their truth, in {}",
         scenario.name,
         sessions,
@@ -188,7 +188,7 @@ fn run_motocross(
     let ridden = ridden.map_err(output)?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
     let spent: f64 = ridden.iter().map(|r| r.1).sum();
-    say!(
+    note!(
         "{}: {} sessions of {bike_id}, {simulated:.0} s simulated, {:.0} x real time per core, with \
          their truth, in {}",
         scenario.name,
@@ -230,7 +230,7 @@ fn run_track(mut track: Track, arguments: &Arguments, bar: ProgressBar) -> Resul
     let spent: f64 = ridden.iter().map(|r| r.1).sum();
     let failed: Vec<String> =
         ridden.into_iter().filter_map(|r| r.2).map(|why| why.to_string()).collect();
-    say!(
+    note!(
         "{}: {} sessions of {} laps, {simulated:.0} s simulated, {:.0} x real time per core, with their \
          truth, in {}",
         track.name,
@@ -326,7 +326,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
             falls.push(format!("{id}: {fall}; its log ends there"));
         }
     }
-    say!(
+    note!(
         "{}: {} sessions of {}, {simulated:.0} s simulated, {:.0} x real time per core, with their \
          truth, in {}",
         tour.name,
@@ -368,7 +368,7 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(),
     let figure = figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
-    say!("figure: {}", path);
+    note!("figure: {path}");
     Ok(())
 }
 

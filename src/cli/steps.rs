@@ -3,6 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::progress::tick;
+use crate::cli::say;
 
 /// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
 #[derive(Debug)]
@@ -19,7 +20,9 @@ impl Steps {
         }
         bar.set_length(many as u64);
         bar.set_message(what.to_owned());
-        bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
+        if !say::is_quiet() {
+            bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
+        }
         bar.reset();
         tick(&bar);
         Steps(bar)

@@ -7,7 +7,7 @@ use clap::builder::NonEmptyStringValueParser;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::cli::say::{put, say};
+use crate::cli::say::{note, put, say};
 use crate::cli::tyre_measured::against_measured;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::effects::tyre_file;
@@ -21,7 +21,7 @@ use crate::store::tables::rows::BenchRow;
 use crate::tyre::magic_formula::slip_ratio;
 use crate::tyre::tydex;
 
-/// Evaluate a tyre on a virtual test bench, optionally against another
+/// Evaluate a tyre on a virtual test bench, alone or against another
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// A published set, or a .tir or .toml file.
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
     /// Folder for the table (bench.parquet) and the figure (bench.svg).
-    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    #[arg(short, long, value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Option<Location>,
 }
 
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let [table, path] = FILES.map(|name| out.join(name));
     output::write_rows(table, &rows).map_err(fail)?;
     output::write(&path, figure(&names, &benches).as_bytes()).map_err(fail)?;
-    say!("figure: {path}");
+    note!("figure: {path}");
     Ok(())
 }
 

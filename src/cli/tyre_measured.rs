@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cli::failure::Failure;
-use crate::cli::say::{put, say};
+use crate::cli::say::{note, put, say};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::bench_points::{
     BenchPoints, Both, FRICTION_X, FRICTION_Y, MOMENT_X, MOMENT_Z, Quantity,
@@ -43,7 +43,7 @@ pub(crate) fn against_measured(
     let Some(path) = drawing else { return Ok(()) };
     output::write(path, figure(name, &bench).as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
-    say!("figure: {path}");
+    note!("figure: {path}");
     Ok(())
 }
 

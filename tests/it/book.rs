@@ -266,7 +266,7 @@ fn commands_are_those_of_the_program() {
             .expect("binary")
             .args(arguments)
             .arg("--help")
-            .env("COLUMNS", "100")
+            .env("COLUMNS", "80")
             .output()
             .expect("ran");
         assert!(output.status.success(), "{arguments:?}");

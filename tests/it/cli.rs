@@ -3,6 +3,9 @@
 use std::path::Path;
 
 use assert_cmd::Command;
+use roadbench::internals::cli;
+
+use crate::commands::listed;
 
 const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
     caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
@@ -15,12 +18,17 @@ struct Said {
 
 /// Runs the binary in a folder.
 fn roadbench(folder: &Path, arguments: &[&str]) -> Said {
-    let output = Command::cargo_bin("roadbench")
-        .expect("binary")
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("ran");
+    roadbench_with(&[], folder, arguments)
+}
+
+/// Runs the binary in a folder, with variables of the environment.
+fn roadbench_with(variables: &[(&str, &str)], folder: &Path, arguments: &[&str]) -> Said {
+    let mut command = Command::cargo_bin("roadbench").expect("binary");
+    for name in ["ROADBENCH_BIKES", "ROADBENCH_JOBS", "NO_COLOR", "CLICOLOR_FORCE"] {
+        command.env_remove(name);
+    }
+    command.envs(variables.iter().copied());
+    let output = command.current_dir(folder).args(arguments).output().expect("ran");
     Said {
         code: output.status.code().expect("not killed"),
         out: String::from_utf8(output.stdout).expect("utf-8"),
@@ -231,5 +239,162 @@ fn a_lost_stderr_stops_nothing() {
         let status = command.stderr(stderr).status().expect("roadbench starts");
         assert_eq!(status.code(), Some(0), "{name}");
         assert!(folder.path().join(name).join("report/index.html").is_file(), "{name}");
+    }
+}
+
+/// The help of a command, short and long, with what is shown at its end.
+fn helps() -> Vec<(Vec<String>, String)> {
+    fn collect(command: &clap::Command, path: &[String], found: &mut Vec<(Vec<String>, String)>) {
+        let end = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        found.push((path.to_vec(), end));
+        for below in command.get_subcommands() {
+            collect(below, &[path, &[below.get_name().to_owned()]].concat(), found);
+        }
+    }
+    let mut found = Vec::new();
+    collect(&cli::command(), &[], &mut found);
+    found
+}
+
+#[test]
+fn every_command_is_in_one_group() {
+    let said = roadbench(Path::new("."), &["--help"]);
+    let mut shown = listed(&said.out);
+    shown.sort_unstable();
+    let program = cli::command();
+    let mut all: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    all.sort_unstable();
+    assert_eq!(shown, all, "a new command belongs into a group (src/cli/mod.rs)");
+    for heading in ["Analyse:", "Prepare:", "Simulate:", "Maintain:", "Global options:"] {
+        assert_eq!(said.out.lines().filter(|l| *l == heading).count(), 1, "{heading}");
+    }
+    let said = roadbench(Path::new("."), &["run", "--help"]);
+    assert!(said.out.contains("\nOptions:\n") && said.out.contains("\nGlobal options:\n"));
+}
+
+/// On a wide terminal, too; examples stay on their lines.
+#[test]
+fn help_has_80_columns() {
+    for (path, end) in helps() {
+        for option in ["-h", "--help"] {
+            let path: Vec<&str> = path.iter().map(String::as_str).chain([option]).collect();
+            let said = roadbench_with(&[("COLUMNS", "200")], Path::new("."), &path);
+            let wide: Vec<&str> = said.out.lines().filter(|l| l.chars().count() > 80).collect();
+            assert!(wide.is_empty(), "{path:?}: {wide:#?}");
+            let printed: Vec<&str> = said.out.lines().map(str::trim_end).collect();
+            for line in end.lines().map(str::trim_end) {
+                assert!(printed.contains(&line), "{path:?}: `{line}` is wrapped");
+            }
+        }
+    }
+}
+
+#[test]
+fn options_have_their_usual_letters() {
+    let program = cli::command();
+    let mut outs = 0;
+    let usual = [("out", 'o'), ("jobs", 'j'), ("quiet", 'q'), ("verbose", 'v')];
+    fn all<'a>(command: &'a clap::Command, found: &mut Vec<&'a clap::Command>) {
+        found.push(command);
+        command.get_subcommands().for_each(|below| all(below, found));
+    }
+    let mut commands = Vec::new();
+    all(&program, &mut commands);
+    for command in commands {
+        for option in command.get_arguments() {
+            let Some(long) = option.get_long() else { continue };
+            let letter = usual.iter().find(|(name, _)| *name == long).map(|(_, letter)| *letter);
+            assert_eq!(option.get_short(), letter, "{} --{long}", command.get_name());
+            outs += usize::from(long == "out");
+        }
+    }
+    assert_eq!(outs, 11);
+    let place = rubbish(3);
+    let said = roadbench(place.path(), &["run", ".", "-vj1", "-o", "out"]);
+    assert_eq!((said.code, rejected(&place.path().join("out"))), (1, 3), "{}", said.err);
+    assert!(said.err.contains("DEBUG") && said.err.contains("planned"), "{}", said.err);
+    let said = roadbench(place.path(), &["-vv", "run", ".", "-o", "out"]);
+    assert_eq!(said.code, 1, "{}", said.err);
+    // what failed is still said
+    let said = roadbench(place.path(), &["run", ".", "-qo", "quiet"]);
+    assert_eq!((said.code, said.out.as_str()), (1, ""), "{}", said.err);
+    assert!(!said.err.contains("INFO") && said.err.contains("3 rejected"), "{}", said.err);
+    let said = roadbench(place.path(), &["schema", "-q", "-v"]);
+    assert_eq!(said.code, 2);
+}
+
+/// What was asked for is printed, what is only told is not.
+#[test]
+fn quiet_leaves_out_notes() {
+    let place = tempfile::tempdir().expect("folder");
+    let loud = roadbench(place.path(), &["man", "loud"]);
+    let quiet = roadbench(place.path(), &["man", "quiet", "--quiet"]);
+    assert_eq!((loud.code, quiet.code, quiet.out.as_str()), (0, 0, ""), "{}", quiet.err);
+    assert!(loud.out.contains("pages in loud") && place.path().join("quiet/roadbench.1").is_file());
+    let said = roadbench(place.path(), &["schema", "coefficients", "-q"]);
+    assert!(said.out.contains("name = \"std_error\""));
+    let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
+    let log = format!("{archive}/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
+    let bikes = format!("{archive}/bikes");
+    let said = roadbench(place.path(), &["run", &log, "--bikes", &bikes, "-q", "-o", "out"]);
+    assert_eq!((said.code, said.out.as_str()), (0, ""), "{}", said.err);
+    assert!(!said.err.contains("INFO"), "{}", said.err);
+    assert!(place.path().join("out/report/index.html").is_file());
+}
+
+/// An option that is given goes before the variable, and a variable that is empty is none.
+#[test]
+fn variables_stand_in_for_options() {
+    let place = rubbish(1);
+    let run = |bikes: &str, more: &[&str]| {
+        let arguments = [&["run", "sessions", "--out", "out"][..], more].concat();
+        roadbench_with(&[("ROADBENCH_BIKES", bikes)], place.path(), &arguments)
+    };
+    let said = run("gone", &[]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("gone"), "{}", said.err);
+    let said = run("", &[]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("--bikes"), "{}", said.err);
+    for (bikes, more) in [("bikes", &[][..]), ("gone", &["--bikes", "bikes"])] {
+        let said = run(bikes, more);
+        assert_eq!(said.code, 1, "{bikes}: {}", said.err);
+        assert!(said.err.contains("1 rejected"), "{bikes}: {}", said.err);
+    }
+    // far too many are said to be
+    let jobs = |jobs: &str, arguments: &[&str]| {
+        roadbench_with(&[("ROADBENCH_JOBS", jobs)], place.path(), arguments)
+    };
+    assert!(jobs("1024", &["schema"]).err.contains("1024"));
+    assert_eq!(jobs("1024", &["schema", "-j", "1"]).err, "");
+    assert_eq!(jobs("1024", &["--jobs", "1", "schema"]).err, "");
+    assert!(jobs("1", &["-j1024", "schema"]).err.contains("1024"));
+    assert_eq!(jobs("", &["schema"]).err, "");
+    let said = jobs("many", &["schema"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("many"), "{}", said.err);
+    for command in ["run", "diagnose", "inspect", "export", "replay"] {
+        let said = roadbench(place.path(), &[command, "--help"]);
+        for variable in ["[env: ROADBENCH_BIKES]", "[env: ROADBENCH_JOBS]"] {
+            assert!(said.out.contains(variable), "{command}: {variable}");
+        }
+    }
+}
+
+/// `--color` goes before the environment, for messages, help and errors of usage.
+#[test]
+fn colours_are_as_asked() {
+    for (variable, option, coloured) in [
+        (("CLICOLOR_FORCE", "1"), "auto", true),
+        (("CLICOLOR_FORCE", "1"), "never", false),
+        (("NO_COLOR", "1"), "always", true),
+        (("NO_COLOR", "1"), "auto", false),
+    ] {
+        for arguments in [&["schema", "nope"][..], &["schema", "--help"], &["schema", "--nope"]] {
+            let arguments = [&["--color", option], arguments].concat();
+            let said = roadbench_with(&[variable], Path::new("."), &arguments);
+            let has = said.out.contains('\u{1b}') || said.err.contains('\u{1b}');
+            assert_eq!(has, coloured, "{variable:?} {arguments:?}: {}{}", said.out, said.err);
+        }
     }
 }

@@ -72,16 +72,14 @@ fn commands(page: &str) -> Vec<String> {
     all
 }
 
-/// The commands that `roadbench --help` lists, without `help`.
+/// The commands that `roadbench --help` lists, of all groups.
 pub fn listed(help: &str) -> Vec<&str> {
     let commands: Vec<&str> = help
         .lines()
-        .skip_while(|l| !l.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|l| !l.is_empty())
+        .skip_while(|l| !l.starts_with("Usage:"))
+        .take_while(|l| !l.starts_with("Global options:"))
         .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
         .filter_map(|l| l.split_whitespace().next())
-        .filter(|name| *name != "help")
         .collect();
     assert!(commands.len() >= 15, "{commands:?}");
     commands
