@@ -43,8 +43,8 @@ pub(crate) fn worst(fitted: &Fitted) -> f64 {
 /// What the parts of a ride's own noise are called, before their number.
 pub(crate) const NOISE: &str = "changing_lean_";
 
-/// Puts the tyres that the ride tells into a solution whose upstream changes are there.
-pub(crate) fn join(solution: &mut Solution, found: &Fitted) {
+/// Puts the tyres that the ride tells into a solution whose upstream changes are there; whether there is any.
+pub(crate) fn join(solution: &mut Solution, found: &Fitted) -> bool {
     let axles: Vec<Axle> =
         Axle::BOTH.into_iter().filter(|axle| is_known(solution, found, *axle)).collect();
     for axle in &axles {
@@ -52,6 +52,7 @@ pub(crate) fn join(solution: &mut Solution, found: &Fitted) {
     }
     let outputs: Vec<Output> = axles.iter().map(|axle| Output::of(solution, *axle)).collect();
     errors(solution, found, &outputs);
+    !outputs.is_empty()
 }
 
 /// The fitted number `j` of a tyre.
