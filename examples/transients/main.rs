@@ -4,8 +4,8 @@
 //! ```text
 //! cargo run --release --example transients -- ../shared/data/independent_plant_transients ../shared/data/independent_plant
 //! cargo run --release --example transients -- --population 40
-//! cargo run --release --example transients -- --pooled 8 --each 30 --plan naturalistic
-//! cargo run --release --example transients -- --traps 12 --plan "full transient programme"
+//! cargo run --release --example transients -- --pooled 3 --each 30 --seed 9
+//! cargo run --release --example transients -- --traps 6 --seed 9 --plan "full transient programme"
 //! cargo run --release --example transients -- --speed --population 6
 //! ```
 //!
@@ -206,7 +206,7 @@ fn main() -> Result<(), Failure> {
     let riding = (arguments.seed, arguments.plan.as_deref());
     let asked = (arguments.seed, riding.1.unwrap_or("naturalistic"));
     if arguments.pooled > 0 {
-        return pooled::run(asked, arguments.pooled, arguments.each, work.path());
+        return pooled::run(arguments.seed, arguments.pooled, arguments.each, work.path());
     }
     if arguments.traps > 0 {
         return traps::run(asked, arguments.traps, work.path());

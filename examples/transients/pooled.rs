@@ -9,10 +9,13 @@ use roadbench::internals::contract::coefficient::{Coefficient, Id};
 use roadbench::internals::fleet::evidence::Piece;
 use roadbench::internals::fleet::{Observation, analyse, tyres};
 use roadbench::internals::pipeline::{self, Outcome, Pipeline};
-use roadbench::internals::simulate::hidden::{Kind, plan_named};
+use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::manoeuvre::Manoeuvre;
 use roadbench::internals::simulate::multibody_ride;
+use roadbench::internals::simulate::plan::{Plan, PlanKind};
 use roadbench::internals::simulate::population::bike::BikeFile;
 use roadbench::internals::simulate::population::ride;
+use roadbench::internals::simulate::transients::Transients;
 use roadbench::internals::store::tables::rows::Status;
 
 use super::{Failure, logged};
@@ -33,14 +36,8 @@ struct Ridden {
 type Case = [f64; 3];
 
 /// Rides `each` rides of each of `machines`, pools them and prints.
-pub fn run(
-    (seed, plan): (u64, &str),
-    machines: usize,
-    each: usize,
-    work: &Path,
-) -> Result<(), Failure> {
-    let plan = plan_named(plan).ok_or("there is no such plan")?;
-    let one = |number: usize| match machine((seed, plan), number, each, work) {
+pub fn run(seed: u64, machines: usize, each: usize, work: &Path) -> Result<(), Failure> {
+    let one = |number: usize| match machine(seed, number, each, work) {
         Ok(ridden) => Some(ridden),
         Err(why) => {
             eprintln!("{number}: {why}");
@@ -48,7 +45,7 @@ pub fn run(
         }
     };
     let all: Vec<Ridden> = (0..machines).into_par_iter().filter_map(one).collect();
-    println!("{} machines, {each} rides of each, plan {plan}, bike file of level A", all.len());
+    println!("{} machines, {each} short mixed rides of each, bike file of level A", all.len());
     for rides in NUMBERS.into_iter().filter(|n| *n <= each) {
         let mut cases: BTreeMap<(&str, &str), Vec<Case>> = BTreeMap::new();
         for ridden in &all {
@@ -77,15 +74,20 @@ pub fn run(
     Ok(())
 }
 
-fn machine(
-    (seed, plan): (u64, &'static str),
-    number: usize,
-    each: usize,
-    work: &Path,
-) -> Result<Ridden, Failure> {
+fn machine(seed: u64, number: usize, each: usize, work: &Path) -> Result<Ridden, Failure> {
     let mut case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
-    case.plan = plan;
-    let first = ride::ride(&case, BikeFile::Tutorial)?;
+    case.plan = "naturalistic";
+    let mut first = ride::ride(&case, BikeFile::Tutorial)?;
+    // short rides: three minutes of mixed riding each
+    let plan = Plan {
+        kind: PlanKind::Naturalistic,
+        coasts: 3,
+        brakings: 2,
+        laps: 5,
+        transients: Transients::default(),
+    };
+    first.tour.manoeuvres = vec![Manoeuvre::Plan { plan }];
+    let first = first;
     let mut truth = BTreeMap::new();
     let known = first.truth(&Pipeline::onroad().estimate);
     for axle in Axle::BOTH {

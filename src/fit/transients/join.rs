@@ -68,12 +68,13 @@ fn sd(found: &Fitted, axle: Axle, j: usize) -> f64 {
 }
 
 /// Whether the ride gives a tyre's stiffness, and its ratio better than the bike file does: one without uncertainty is exact.
-/// Steep corners have to be better with the law's error as well.
+/// Corners alone, steep ones or others, have to be better with the law's error as well.
 fn is_known(solution: &Solution, found: &Fitted, axle: Axle) -> bool {
     let before = solution.inputs.bike.deviation(&format!("{}.side_force_ratio", axle.name()));
     let of_law = law(found).map(|[_, of_ratio]| (of_ratio * number(found, axle, RATIO)).powi(2));
-    let steep = if found.steep { of_law[0] + of_law[1] } else { 0.0 };
-    let ratio = (sd(found, axle, 1).powi(2) + steep).sqrt();
+    let corners = found.steep || found.fast < ENOUGH;
+    let more = if corners { of_law[0] + of_law[1] } else { 0.0 };
+    let ratio = (sd(found, axle, 1).powi(2) + more).sqrt();
     sd(found, axle, 0) < WORST_STIFFNESS && ratio < before
 }
 
