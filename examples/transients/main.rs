@@ -4,9 +4,16 @@
 //! ```text
 //! cargo run --release --example transients -- ../shared/data/independent_plant_transients ../shared/data/independent_plant
 //! cargo run --release --example transients -- --population 40
+//! cargo run --release --example transients -- --pooled 3 --each 30 --seed 9
+//! cargo run --release --example transients -- --traps 6 --seed 9 --plan "full transient programme"
+//! cargo run --release --example transients -- --speed --population 6
 //! ```
+//!
+//! `--pooled` rides the same tyres again and again and pools what the rides give (table `tyres`), `--traps` plants faults that
+//! the estimate does not know of, `--speed` takes the time of a session with and without the estimate.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Parser;
 use rayon::prelude::*;
@@ -15,12 +22,16 @@ use roadbench::internals::contract::coefficient::{Coefficient, Id};
 use roadbench::internals::contract::session::Session;
 use roadbench::internals::fit::transients::{self, OF_TYRE, QUANTITIES, Transients, law};
 use roadbench::internals::ingest::write_session;
-use roadbench::internals::pipeline::{self, Pipeline};
+use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::internals::simulate::hidden::{Kind, plan_named};
 use roadbench::internals::simulate::population::bike::BikeFile;
 use roadbench::internals::simulate::population::ride;
+use roadbench::internals::store::objects::Location;
 use roadbench::internals::tyre::formulation::Formulation;
 use serde_json::Value;
+
+mod pooled;
+mod traps;
 
 #[derive(Parser)]
 struct Arguments {
@@ -35,6 +46,18 @@ struct Arguments {
     /// What the population rides; without it each ride's own plan.
     #[arg(long)]
     plan: Option<String>,
+    /// Machines whose rides are pooled.
+    #[arg(long, default_value_t = 0)]
+    pooled: usize,
+    /// Rides of each of them.
+    #[arg(long, default_value_t = 30)]
+    each: usize,
+    /// Machines that faults are planted in.
+    #[arg(long, default_value_t = 0)]
+    traps: usize,
+    /// Time of a session with the estimate over that without.
+    #[arg(long)]
+    speed: bool,
     /// Every parameter of every ride.
     #[arg(long)]
     parameters: bool,
@@ -44,6 +67,45 @@ struct Arguments {
 }
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// What `run` makes of a session in a log of its own.
+fn logged(
+    session: &Session,
+    log: &Path,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Outcome, Failure> {
+    write_session(log, session, true)?;
+    of_log(log, bike, pipeline)
+}
+
+/// What `run` makes of a log.
+fn of_log(log: &Path, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Failure> {
+    let input = Input {
+        log: Location::from(log),
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: false,
+    };
+    Ok(pipeline::run(&input, bike, pipeline).map_err(|e| e.message)?)
+}
+
+/// Half widths of the 95 % intervals of stiffness, ratio and camber stiffness of both tyres, shares of the values.
+fn half_widths(fitted: &transients::Fitted) -> [[f64; 3]; 2] {
+    let law = law(fitted);
+    [0, 1].map(|k| {
+        let ratio = fitted.theta[k * OF_TYRE + 1];
+        let half = |of: [f64; 2]| {
+            let mut contrast = [0.0; 4];
+            contrast[2 * k..2 * k + 2].copy_from_slice(&of);
+            let relative = [of[0], of[1] * ratio];
+            let of_law = law.map(|l| (l[0] * relative[0] + l[1] * relative[1]).powi(2));
+            1.96 * (fitted.variance(&contrast) + of_law[0] + of_law[1]).sqrt()
+        };
+        [half([1.0, 0.0]), half([0.0, 1.0]) / ratio, half([1.0, 1.0 / ratio])]
+    })
+}
 
 /// A ride as its user has it, and its truth.
 struct Ride {
@@ -114,22 +176,15 @@ type Found = [f64; 2];
 /// Those of a ride: both tyres, four numbers each.
 fn compared(ride: &Ride, found: &Transients) -> [[Found; 4]; 2] {
     let fitted = &found.fitted;
+    let half = half_widths(fitted);
     [0, 1].map(|k| {
         let truth = ride.truth[k];
         let at = |j: usize| fitted.theta[k * OF_TYRE + j];
         let (stiffness, ratio, relaxation) = (at(0).exp(), at(1), at(5));
-        let law = law(fitted);
-        let sd = |of: [f64; 2]| {
-            let mut contrast = [0.0; 4];
-            contrast[2 * k..2 * k + 2].copy_from_slice(&of);
-            let relative = [of[0], of[1] * ratio];
-            let of_law = law.map(|l| (l[0] * relative[0] + l[1] * relative[1]).powi(2));
-            1.96 * (fitted.variance(&contrast) + of_law[0] + of_law[1]).sqrt()
-        };
         [
-            [stiffness / truth[0] - 1.0, sd([1.0, 0.0])],
-            [ratio / truth[1] - 1.0, sd([0.0, 1.0]) / ratio],
-            [stiffness * ratio / truth[2] - 1.0, sd([1.0, 1.0 / ratio])],
+            [stiffness / truth[0] - 1.0, half[k][0]],
+            [ratio / truth[1] - 1.0, half[k][1]],
+            [stiffness * ratio / truth[2] - 1.0, half[k][2]],
             [relaxation / truth[3] - 1.0, f64::NAN],
         ]
     })
@@ -149,6 +204,13 @@ fn main() -> Result<(), Failure> {
     }
     let work = tempfile::tempdir()?;
     let riding = (arguments.seed, arguments.plan.as_deref());
+    let asked = (arguments.seed, riding.1.unwrap_or("naturalistic"));
+    if arguments.pooled > 0 {
+        return pooled::run(arguments.seed, arguments.pooled, arguments.each, work.path());
+    }
+    if arguments.traps > 0 {
+        return traps::run(asked, arguments.traps, work.path());
+    }
     let of = |number| match Ride::of_population(riding, number, work.path()) {
         Ok(ride) => Some(ride),
         Err(why) => {
@@ -157,9 +219,46 @@ fn main() -> Result<(), Failure> {
         }
     };
     let rides: Vec<Ride> = (0..arguments.population).into_par_iter().filter_map(of).collect();
+    if arguments.speed {
+        return speed(&rides, work.path());
+    }
     if !rides.is_empty() {
         print(&rides, &fitted(&rides, &settings), arguments.parameters);
     }
+    Ok(())
+}
+
+/// How often each ride is timed.
+const TIMED: usize = 5;
+
+/// Time of a whole session, log to tables, with the fit to changing lean over that without: each ride in turn, the median of
+/// several.
+fn speed(rides: &[Ride], work: &Path) -> Result<(), Failure> {
+    let with = Pipeline::onroad();
+    let mut without = with.clone();
+    without.transients.enabled = false;
+    let mut ratios = Vec::new();
+    for (number, ride) in rides.iter().enumerate() {
+        let log = work.join(format!("speed_{number}.parquet"));
+        write_session(&log, &ride.session, true)?;
+        let mut times = [Vec::new(), Vec::new()];
+        for _ in 0..TIMED {
+            for (times, pipeline) in times.iter_mut().zip([&with, &without]) {
+                let begin = Instant::now();
+                of_log(&log, &ride.bike, pipeline)?;
+                times.push(begin.elapsed().as_secs_f64());
+            }
+        }
+        let [a, b] = times.map(|mut x| {
+            x.sort_by(f64::total_cmp);
+            x[x.len() / 2]
+        });
+        println!("{}: {a:.3} s with, {b:.3} s without, {:.2}", ride.name, a / b);
+        ratios.push(a / b);
+    }
+    ratios.sort_by(f64::total_cmp);
+    let middle = ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN);
+    println!("median {middle:.2} of {} sessions", ratios.len());
     Ok(())
 }
 

@@ -29,14 +29,15 @@ const shade = (u, lane) => {
     const a = u.valToPos(s.start, "x", true), b = u.valToPos(s.end, "x", true);
     if (b < bbox.left || a > bbox.left + bbox.width) continue;
     const colour = theme.kind(s.kind), w = Math.max(b - a, px);
-    ctx.fillStyle = s.used ? alpha(colour, 0.22) : hatch(colour);
-    ctx.fillRect(a, bbox.top, w, bbox.height);
+    const strip = s.kind === "changing_lean" ? 5 * px : bbox.height; // overlaps the others: a strip below them
+    ctx.fillStyle = s.kind === "changing_lean" ? colour : s.used ? alpha(colour, 0.22) : hatch(colour);
+    ctx.fillRect(a, bbox.top + bbox.height - strip, w, strip);
     if (s.id === picked.id) {
       ctx.strokeStyle = theme.ink;
       ctx.lineWidth = 2 * px;
       ctx.strokeRect(a, bbox.top, w, bbox.height);
     }
-    if (!lane) continue;
+    if (!lane || s.kind === "changing_lean") continue;
     ctx.fillStyle = alpha(colour, s.used ? 1 : 0.35);
     ctx.fillRect(a, bbox.top, w, 14 * px);
     const text = letter(s);
@@ -77,8 +78,7 @@ const panel = (holder, chart, index) => {
       const r = Math.max(...l.y) - Math.min(...l.y);
       rows.push([l.label, figure(valueAt(l, t), r || 1) + (p.y.unit ? (p.y.unit === "°" ? "" : " ") + p.y.unit : "")]);
     }
-    const s = data.segments.find(v => v.start <= t && t < v.end);
-    if (s) {
+    for (const s of data.segments.filter(v => v.start <= t && t < v.end)) {
       rows.push([`${words(s.kind)}${s.direction ? " " + s.direction : ""}`, `no. ${s.id}`]);
       if (s.quality != null) rows.push(["  quality", String(s.quality)]);
       rows.push([s.used ? "  used" : "  not used" + (s.reason ? ": " + s.reason : "")]);

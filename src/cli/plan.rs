@@ -6,13 +6,17 @@ use indicatif::ProgressBar;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::cli::steps::Steps;
+use crate::contract::coefficient::{Coefficient as C, SLALOM};
+use crate::contract::status::Status;
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::diagnose::road::ride_plan::{self, EffectLimit, RidePlan};
 use crate::pipeline::Pipeline;
+use crate::pipeline::predicted::{Expected, Planned, Predicted, predict};
 use crate::simulate::scenario::BUILTIN;
+use crate::simulate::tour::{BUILTIN as TOURS, Tour};
 
-/// Predict which faults a planned ride could reveal
+/// Predict what a planned ride shows: side forces and faults
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
@@ -20,7 +24,7 @@ pub(crate) struct Arguments {
     /// Settings of the stages; a file or onroad (the default).
     #[arg(long, value_name = "FILE")]
     pipeline: Option<std::path::PathBuf>,
-    /// Print effects and pairs as JSON, one object a line, instead of tables.
+    /// Print side forces, effects and pairs as JSON, one object a line, instead of tables.
     #[arg(long)]
     json: bool,
 }
@@ -29,7 +33,11 @@ pub(crate) struct Arguments {
 fn help() -> String {
     let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
     let names = names.join(", ");
-    format!("A built-in scenario ({names}) or a scenario file: its first session is ridden")
+    let tours: Vec<&str> = TOURS.iter().map(|(name, _)| *name).collect();
+    let tours = tours.join(", ");
+    format!(
+        "A built-in scenario ({names}; {tours}: side forces only) or a scenario file: its first session is ridden"
+    )
 }
 
 /// Runs the command.
@@ -41,20 +49,33 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         Some(path) => Pipeline::read(path).map_err(Failure::usage)?,
         None => Pipeline::onroad(),
     };
+    if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::usage)? {
+        let found = predict(&Planned::Tour(&tour), &pipeline).map_err(Failure::usage)?;
+        return match arguments.json {
+            true => print_lines(&found),
+            false => {
+                say!("{}: its ride by the nonlinear motorcycle, simulated and fitted\n", tour.name);
+                print_side_forces(&found);
+                Ok(())
+            }
+        };
+    }
     let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::usage)?;
     let steps =
         Steps::begin(bar, crate::simulate::effects::ALL.len(), "effects on a simulated ride");
+    let found = predict(&Planned::Fleet(&scenario), &pipeline);
     let planned = ride_plan::plan(scenario, &pipeline);
     drop(steps);
+    let found = found.map_err(Failure::usage)?;
     let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::usage)?;
     if arguments.json {
-        let lines = effects.iter().map(serde_json::to_string);
-        for line in lines.chain(pairs.iter().map(serde_json::to_string)) {
-            say!("{}", line.map_err(|e| Failure::Output(e.to_string()))?);
-        }
-        return Ok(());
+        print_lines(&found)?;
+        print_lines(&effects)?;
+        return print_lines(&pairs);
     }
-    say!("{scenario}: smallest effects that a ride of {duration:.0} s can reveal, at best\n");
+    say!("{scenario}: a ride of {duration:.0} s, simulated and fitted\n");
+    print_side_forces(&found);
+    say!("Smallest effects that it can reveal, at best\n");
     say!(
         "{:24} {:>10} {:8} {:>7}  {}",
         "effect",
@@ -93,6 +114,72 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         );
     }
     Ok(())
+}
+
+/// JSON, one object a line.
+fn print_lines<T: serde::Serialize>(rows: &[T]) -> Result<(), Failure> {
+    for row in rows {
+        let line = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;
+        say!("{line}");
+    }
+    Ok(())
+}
+
+/// How people read the coefficients of the side forces.
+fn words(coefficient: &str) -> &str {
+    match C::from_name(coefficient) {
+        Some(C::CorneringStiffness0) => "cornering stiffness",
+        Some(C::CamberStiffness0) => "camber stiffness",
+        Some(C::SideForceRatio) => "camber over cornering (C)",
+        _ => coefficient,
+    }
+}
+
+/// An interval, and where it is not the ride's.
+fn interval(expected: &Expected) -> String {
+    let width = expected.half_width.map(|x| format!("±{:.0} %", 100.0 * x));
+    match (width, expected.status) {
+        (None, Status::NotAvailable) => "not available".to_owned(),
+        (None, _) => "unbounded".to_owned(),
+        (Some(width), Status::Assumed) => format!("{width} assumed"),
+        (Some(width), _) => width,
+    }
+}
+
+/// Less than this share of the planned interval is worth a slalom.
+const WORTH: f64 = 0.9;
+
+/// The side forces as planned and with a slalom, and what to ride.
+fn print_side_forces(found: &[Predicted]) {
+    let is_given = found.iter().any(|p| p.ratio_given);
+    say!("{:34} {:>15} {:>15}", "side forces, 95 % interval", "as planned", "with a slalom");
+    for given in [true, false] {
+        let mut rows = found.iter().filter(|p| p.ratio_given == given).peekable();
+        if is_given && rows.peek().is_some() {
+            let whose = if given { "bike file that gives C" } else { "bike file that does not" };
+            say!("  {whose}");
+        }
+        for p in rows {
+            let name = format!("{} {}", p.tyre, words(p.coefficient));
+            say!("{name:34} {:>15} {:>15}", interval(&p.planned), interval(&p.with_slalom));
+        }
+    }
+    let gains: Vec<String> = found
+        .iter()
+        .filter(|p| !p.ratio_given && p.coefficient == C::CorneringStiffness0.name())
+        .filter(|p| {
+            let of = |e: Expected| e.half_width.unwrap_or(f64::INFINITY);
+            of(p.with_slalom) < WORTH * of(p.planned)
+        })
+        .map(|p| {
+            let (before, after) = (interval(&p.planned), interval(&p.with_slalom));
+            format!("{} {} {before} -> {after}", p.tyre, words(p.coefficient))
+        })
+        .collect();
+    match gains.is_empty() {
+        true => say!("\nFour more slalom passes would narrow no cornering stiffness by a tenth.\n"),
+        false => say!("\n{SLALOM}:\n  {}\n", gains.join(", ")),
+    }
 }
 
 /// What is said of an effect that the ride does not show.

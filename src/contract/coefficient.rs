@@ -276,13 +276,16 @@ const OFFROAD: Riding = Riding {
     manoeuvres: "off-road: firm braking and drive on the ground, in several corners",
     remedy: "brake and drive firmly on the ground",
 };
+/// What tells cornering from camber stiffness best: `simulate::manoeuvre::advised_passes`.
+pub(crate) const SLALOM: &str =
+    "ride four slalom passes at 16 m/s: two with cones 27 m apart, two with cones 11 m apart";
 const SIDE_FORCES: Riding = Riding {
     manoeuvres: "slaloms and lane changes; steady corners at different lean, best to both sides",
-    remedy: "ride a slalom, two passes slow and two fast",
+    remedy: SLALOM,
 };
 const SLALOMS: Riding = Riding {
     manoeuvres: "slaloms, lane changes, or corners with their roll-in and roll-out; else it is taken from the bike file",
-    remedy: "ride a slalom, two passes slow and two fast",
+    remedy: SLALOM,
 };
 const BENCH: Riding = Riding {
     manoeuvres: "no riding manoeuvre: a tyre bench; until then it is taken from the bike file",

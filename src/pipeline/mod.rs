@@ -1,9 +1,11 @@
 //! The stages in their order, for one session.
 //!
-//! `stages` has each order once; `road` and `offroad` make the tables of what comes out.
+//! `stages` has each order once; `road` and `offroad` make the tables of what comes out, `predicted` asks what a planned
+//! ride would give.
 
 mod offroad;
 pub(crate) mod outcome;
+pub(crate) mod predicted;
 mod road;
 mod rows;
 pub(crate) mod settings;

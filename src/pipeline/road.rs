@@ -1,5 +1,7 @@
 //! The tables of a road session.
 
+use std::ops::Range;
+
 use arrow::array::RecordBatch;
 
 use super::outcome::{Input, Outcome, Rejection};
@@ -20,8 +22,9 @@ use crate::fit::{
     transients, wheel_scale,
 };
 use crate::report::plots;
-use crate::segment::laps;
 use crate::segment::laps::Known;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::segment::{Segment, laps};
 use crate::store::tables::rows::Ident;
 use crate::tyre::formulation::Formulation;
 
@@ -44,13 +47,15 @@ pub(super) fn run(
     }
     let bike = known.as_ref().unwrap_or(bike);
     let mut ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
+    let mut leant = Vec::new();
     // a diagnosis' model has its own side force ratios
     if pipeline.transients.enabled
         && pipeline.models.is_none()
         && pipeline.estimate.formulation == Formulation::Corrected
         && let Some(found) = ridden.transients(&pipeline.transients)
+        && transients::join::join(&mut ridden.solution, &found.fitted)
     {
-        transients::join::join(&mut ridden.solution, &found.fitted);
+        leant = changing_lean(&ridden.session, &found.stretches);
     }
     let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);
@@ -89,7 +94,9 @@ pub(super) fn run(
     let evidence = evidence::rows(&solution, shod, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
-    let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);
+    // after the others, which keep their numbers: they overlap them
+    let listed: Vec<Segment> = segments.iter().cloned().chain(leant).collect();
+    let manoeuvres = manoeuvres(&ride, &listed, radius, &ident);
     let signals = match input.signals {
         true => Some(signals(&ride, &data, &solution)?),
         false => None,
@@ -109,6 +116,29 @@ pub(super) fn run(
         costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),
         ..Outcome::default()
     })
+}
+
+/// Range of lean of a stretch of the best quality, rad: 20 degrees to either side.
+const WIDE: f64 = 0.7;
+
+/// The stretches of changing lean that the stiffnesses came from. The corners within them keep their own rows and fits.
+fn changing_lean(session: &Session, stretches: &[Range<usize>]) -> Vec<Segment> {
+    let roll = session.get(Channel::Roll).unwrap_or_default();
+    let segment = |at: &Range<usize>| {
+        let leans = || roll[at.clone()].iter().copied();
+        let range =
+            leans().fold(f64::NEG_INFINITY, f64::max) - leans().fold(f64::INFINITY, f64::min);
+        Segment {
+            kind: ManoeuvreKind::ChangingLean,
+            start: at.start,
+            end: at.end,
+            direction: None,
+            quality: (range / WIDE).clamp(0.0, 1.0),
+            used: true,
+            reason: None,
+        }
+    };
+    stretches.iter().map(segment).collect()
 }
 
 /// Why the channels do not allow a coefficient, if they do not.

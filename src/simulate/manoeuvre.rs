@@ -122,8 +122,12 @@ pub enum Manoeuvre {
     Slalom {
         /// m/s.
         speed: f64,
-        /// Hz.
-        frequency: f64,
+        /// Hz; or `cones`.
+        #[serde(default)]
+        frequency: Option<f64>,
+        /// From cone to cone, m: half a wave.
+        #[serde(default)]
+        cones: Option<f64>,
         /// Largest lean, rad.
         lean: f64,
         /// About this long, s.
@@ -159,6 +163,30 @@ fn lean(speed: f64, radius: f64) -> f64 {
 /// Straight on until the speed is steady, then a swing.
 fn swing(swing: Swing, speed: f64) -> Vec<Phase> {
     vec![Phase::Cruise { speed, duration: 2.0 }, Phase::Swing { swing, speed }]
+}
+
+/// Waves of a slalom per second: two cones are a wave.
+fn waves(speed: f64, frequency: Option<f64>, cones: Option<f64>) -> f64 {
+    frequency.or(cones.map(|apart| speed / (2.0 * apart))).unwrap_or(f64::NAN)
+}
+
+/// Speed of the slalom passes that tell most of cornering and camber stiffness, m/s.
+const PASSED_AT: f64 = 16.0;
+/// From cone to cone of a slow and of a fast pass, m, and the largest lean in it, rad.
+const PASSES: [[f64; 2]; 2] = [[27.0, 0.35], [11.0, 0.17]];
+/// How long each takes, s.
+const PASS: f64 = 15.0;
+
+/// Four slalom passes, two slow and two fast, as the advice of the coefficients has them.
+pub(crate) fn advised_passes() -> impl Iterator<Item = Manoeuvre> {
+    let of = |[cones, lean]: [f64; 2]| Manoeuvre::Slalom {
+        speed: PASSED_AT,
+        frequency: None,
+        cones: Some(cones),
+        lean,
+        duration: PASS,
+    };
+    PASSES.into_iter().flat_map(move |pass| [of(pass); 2])
 }
 
 impl Manoeuvre {
@@ -228,8 +256,8 @@ impl Manoeuvre {
                 Phase::Cruise { speed: path.entry, duration: 1.0 },
                 Phase::Follow { shape: path, ahead, beyond },
             ],
-            Manoeuvre::Slalom { speed, frequency, lean, duration } => {
-                let form = Form::Slalom { frequency };
+            Manoeuvre::Slalom { speed, frequency, cones, lean, duration } => {
+                let form = Form::Slalom { frequency: waves(speed, frequency, cones) };
                 swing(Swing { first: Direction::Left, lean, duration, form }, speed)
             }
             Manoeuvre::Swerve { direction, speed, lean, duration } => {
@@ -296,9 +324,17 @@ impl Manoeuvre {
                     .and(within("ahead", ahead, 0.0, 1e4))
                     .and(within("beyond", beyond, 0.0, 1e4))
             }
-            Manoeuvre::Slalom { speed: v, frequency, lean, duration } => {
+            Manoeuvre::Slalom { frequency, cones, .. }
+                if frequency.is_some() == cones.is_some() =>
+            {
+                let words = "manoeuvre: a slalom has either `frequency` or `cones`";
+                Err(KeyError::Values(words.to_owned()))
+            }
+            Manoeuvre::Slalom { speed: v, frequency, cones, lean, duration } => {
+                let name = if cones.is_some() { "speed / (2 cones)" } else { "frequency" };
                 within("speed", v, 6.0, 90.0)
-                    .and(within("frequency", frequency, 0.05, 2.0))
+                    .and(within("cones", cones.unwrap_or(1.0), 1.0, 1e3))
+                    .and(within(name, waves(v, frequency, cones), 0.05, 2.0))
                     .and(within("lean", lean, 0.01, 1.0))
                     .and(within("duration", duration, 1.0, 3600.0))
             }
@@ -307,5 +343,43 @@ impl Manoeuvre {
                 .and(within("duration", duration, 0.5, 20.0)),
             Manoeuvre::Stop { duration } => within("duration", duration, 0.0, 3600.0),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::coefficient::SLALOM;
+
+    #[test]
+    fn the_advice_says_what_is_ridden_for_it() {
+        let [slow, fast] = PASSES.map(|[cones, _]| cones);
+        let words = format!(
+            "ride four slalom passes at {PASSED_AT:.0} m/s: two with cones {slow:.0} m apart, two with cones {fast:.0} m \
+             apart"
+        );
+        assert_eq!(SLALOM, words);
+        for pass in advised_passes() {
+            pass.check().expect("sound");
+        }
+        assert_eq!(advised_passes().count(), 4);
+    }
+
+    #[test]
+    fn a_slalom_has_waves_or_cones() {
+        let slalom = |more: &str| {
+            let text =
+                format!("kind = \"slalom\"\nspeed = 16.0\nlean = 0.2\nduration = 9.0\n{more}");
+            toml::from_str::<Manoeuvre>(&text).expect("reads")
+        };
+        assert!(slalom("cones = 11.0").check().is_ok());
+        assert!(slalom("frequency = 0.7").check().is_ok());
+        for wrong in ["", "cones = 11.0\nfrequency = 0.7", "cones = 2.0", "cones = 0.5"] {
+            assert!(slalom(wrong).check().is_err(), "{wrong}");
+        }
+        let phases = slalom("cones = 20.0").phases(&mut Random::new(1, "no draw"));
+        let swings: Vec<_> = phases.iter().filter(|p| matches!(p, Phase::Swing { .. })).collect();
+        let form = Form::Slalom { frequency: 0.4 };
+        assert!(matches!(swings[..], [Phase::Swing { swing, .. }] if swing.form == form));
     }
 }

@@ -99,7 +99,7 @@ mod tests {
 
     fn manoeuvre((speed, frequency, lean, duration): (f64, Option<f64>, f64, f64)) -> Manoeuvre {
         match frequency {
-            Some(frequency) => Manoeuvre::Slalom { speed, frequency, lean, duration },
+            Some(_) => Manoeuvre::Slalom { speed, frequency, cones: None, lean, duration },
             None => Manoeuvre::Swerve { direction: Direction::Right, speed, lean, duration },
         }
     }

@@ -43,8 +43,8 @@ pub(crate) fn worst(fitted: &Fitted) -> f64 {
 /// What the parts of a ride's own noise are called, before their number.
 pub(crate) const NOISE: &str = "changing_lean_";
 
-/// Puts the tyres that the ride tells into a solution whose upstream changes are there.
-pub(crate) fn join(solution: &mut Solution, found: &Fitted) {
+/// Puts the tyres that the ride tells into a solution whose upstream changes are there; whether there is any.
+pub(crate) fn join(solution: &mut Solution, found: &Fitted) -> bool {
     let axles: Vec<Axle> =
         Axle::BOTH.into_iter().filter(|axle| is_known(solution, found, *axle)).collect();
     for axle in &axles {
@@ -52,6 +52,7 @@ pub(crate) fn join(solution: &mut Solution, found: &Fitted) {
     }
     let outputs: Vec<Output> = axles.iter().map(|axle| Output::of(solution, *axle)).collect();
     errors(solution, found, &outputs);
+    !outputs.is_empty()
 }
 
 /// The fitted number `j` of a tyre.
@@ -67,12 +68,13 @@ fn sd(found: &Fitted, axle: Axle, j: usize) -> f64 {
 }
 
 /// Whether the ride gives a tyre's stiffness, and its ratio better than the bike file does: one without uncertainty is exact.
-/// Steep corners have to be better with the law's error as well.
+/// Corners alone, steep ones or others, have to be better with the law's error as well.
 fn is_known(solution: &Solution, found: &Fitted, axle: Axle) -> bool {
     let before = solution.inputs.bike.deviation(&format!("{}.side_force_ratio", axle.name()));
     let of_law = law(found).map(|[_, of_ratio]| (of_ratio * number(found, axle, RATIO)).powi(2));
-    let steep = if found.steep { of_law[0] + of_law[1] } else { 0.0 };
-    let ratio = (sd(found, axle, 1).powi(2) + steep).sqrt();
+    let corners = found.steep || found.fast < ENOUGH;
+    let more = if corners { of_law[0] + of_law[1] } else { 0.0 };
+    let ratio = (sd(found, axle, 1).powi(2) + more).sqrt();
     sd(found, axle, 0) < WORST_STIFFNESS && ratio < before
 }
 

@@ -30,6 +30,8 @@ pub(crate) mod parameters;
 pub(crate) mod solve;
 pub(crate) mod stretches;
 
+use std::ops::Range;
+
 use self::columns::Columns;
 pub use self::config::Config;
 use self::model::Model;
@@ -48,6 +50,8 @@ pub struct Transients {
     pub parameters: Parameters,
     /// What came out.
     pub fitted: Fitted,
+    /// Samples of the session that took part, stretch by stretch.
+    pub stretches: Vec<Range<usize>>,
 }
 
 /// Fits the changes of lean of a filtered session. `inputs` are those of the session's fits, `zeros` its sensors' zeros with
@@ -100,5 +104,5 @@ fn up_to(
     let parameters = Parameters::new(inputs, zeros, &machine, &columns, config);
     let model = Model::new(&columns, &machine, &parameters);
     let fitted = solve::fit(&model, &parameters)?;
-    Some(Transients { parameters, fitted })
+    Some(Transients { parameters, fitted, stretches: found })
 }

@@ -76,6 +76,11 @@ impl<'a> Model<'a> {
         out
     }
 
+    /// Residuals.
+    pub(crate) fn at(&self, theta: &[f64]) -> Vec<f64> {
+        self.of_motion(&self.moved(theta), theta)
+    }
+
     /// Residuals and their derivatives, a row for every parameter.
     pub(crate) fn linear(&self, theta: &[f64], sd: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let mut motion = self.moved(theta);

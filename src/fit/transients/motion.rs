@@ -50,10 +50,10 @@ quantities! {
     Wheelbase,
     /// Caster angle, rad.
     CasterAngle,
-    /// Height of the mass centre over the unit that should be there, m.
-    CgOverUnit,
-    /// How far the unit is ahead of its stated place, m.
-    UnitAhead,
+    /// How far the accelerometer is above the mass centre, m.
+    UnitAbove,
+    /// How far the accelerometer is behind the mass centre, m.
+    UnitBehind,
     /// How far the velocity's place is ahead of its stated one, m.
     VelocityAhead,
     /// Radius of the front crown, m.
@@ -437,8 +437,8 @@ impl Machine {
         // side forces
         let lateral = c.lateral[0][i]
             + q[Q::LateralDelay] * c.lateral[1][i]
-            + q[Q::UnitAhead] * yawing
-            + q[Q::CgOverUnit] * (rolling_rate * co - s * rolling * rolling);
+            + q[Q::UnitBehind] * yawing
+            + q[Q::UnitAbove] * (rolling_rate * co - s * rolling * rolling);
         let resisting = -self.rolling * load[0];
         let twisting =
             [(q[Q::FrontTwist], q[Q::FrontTwistGrowth]), (q[Q::RearTwist], q[Q::RearTwistGrowth])];
@@ -471,7 +471,8 @@ impl Machine {
         let total_side = force[0] * cos_d + force[1] + resisting * sin_d;
         let integral = c.integral[i]
             + q[Q::UnitPitch] * c.integral_per_pitch[i]
-            + q[Q::UnitAhead] * omega[2]
+            + q[Q::UnitBehind] * omega[2]
+            + q[Q::UnitAbove] * rolling * co
             + q[Q::LateralDelay] * c.lateral[0][i];
         let [f0, f1] = force;
         let [w0, w1] = aside;

@@ -40,6 +40,8 @@ const DRIFT_ZERO: f64 = 0.05;
 const UNIT_PITCH: [f64; 2] = [0.008, 0.03];
 /// Standard deviation of the delay that an accelerometer's filter has over that of the rates, s.
 const SENSOR_DELAY: f64 = 0.003;
+/// Standard deviations of the accelerometer's place, behind and above the mass centre, m.
+const UNIT_PLACE: [f64; 2] = [0.01, 0.03];
 /// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
 const LEAST_INERTIA: [f64; 2] = [0.05, 0.1];
 
@@ -125,8 +127,8 @@ fn known(
         Quantity::CgHeight => of_key("cg_height", 0.0),
         Quantity::Wheelbase => of_key("wheelbase", 0.002),
         Quantity::CasterAngle => of_key("caster_angle", 0.01),
-        Quantity::CgOverUnit => shared("cg_over_unit", 0.015),
-        Quantity::UnitAhead => shared("unit_ahead", 0.005),
+        Quantity::UnitAbove => shared("unit_above", UNIT_PLACE[1]),
+        Quantity::UnitBehind => shared("unit_behind", UNIT_PLACE[0]),
         Quantity::VelocityAhead => shared("velocity_ahead", 0.005),
         Quantity::FrontCrown => shared("front_crown", 0.1 * start[quantity]),
         Quantity::RearCrown => shared("rear_crown", 0.1 * start[quantity]),

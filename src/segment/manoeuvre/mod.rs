@@ -15,6 +15,7 @@ use means::Means;
 
 pub(crate) mod airborne;
 pub(crate) mod braking;
+mod changing_lean;
 pub(crate) mod coasting;
 pub(crate) mod cornering;
 mod corners;
@@ -68,6 +69,7 @@ kinds! {
     Cornering: cornering::CORNERING,
     Airborne: airborne::AIRBORNE,
     Whoops: whoops::WHOOPS,
+    ChangingLean: changing_lean::CHANGING_LEAN,
     Other: standing::OTHER,
 }
 
