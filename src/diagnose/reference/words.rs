@@ -59,12 +59,15 @@ pub(crate) fn parameter(name: &str) -> &str {
     PARAMETERS.iter().find(|(known, _)| *known == name).map_or(name, |(_, words)| words)
 }
 
-/// A size with its interval and unit: `2.02 m/s (1.84 to 2.20)`.
+/// A size with its interval and unit: `2.02 m/s (1.84 to 2.20)`, or `about 0.020` where there is no interval.
 pub(crate) fn size(value: f64, half_width: f64, unit: &str) -> String {
+    let space = if unit == "1" { String::new() } else { format!(" {unit}") };
+    if !half_width.is_finite() {
+        return format!("about {}{space}", fixed(value, decimals(value.abs())));
+    }
     let places = decimals(half_width);
     let [low, high] = [value - half_width, value + half_width].map(|x| fixed(x, places));
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-    format!("{}{unit} ({low} to {high})", fixed(value, places))
+    format!("{}{space} ({low} to {high})", fixed(value, places))
 }
 
 /// What changed, of each motorcycle that has rides enough: how many are as before, then each change. A motorcycle of which

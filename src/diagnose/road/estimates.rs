@@ -26,7 +26,7 @@ const LISTED: f64 = 0.1;
 const FAR: f64 = 0.7;
 const SURE: f64 = 5.0;
 /// Sets of slopes of a refit.
-const TIMES: usize = 4;
+const TIMES: usize = 8;
 
 /// The size of the effect at a place of `all` when the nominal model is refitted with it.
 fn refitted(
