@@ -27,6 +27,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::statistics::discovery::discovery_rates;
+use crate::store::tables::changes::place;
 use crate::store::tables::rows::{ChangeRow, Ident};
 use difference::OTHERS;
 use numbers::{History, Ride};
@@ -109,7 +110,7 @@ fn is_since(rides: Rides) -> bool {
 /// The row of a ride that is as the others since a change.
 fn as_since(history: &History, change: &Change, rate: f64, ride: usize) -> ChangeRow {
     let row = changed(history, change, rate);
-    let place = words::place(&row);
+    let place = place(&row);
     ChangeRow {
         ident: history.rides[ride].clone(),
         rides: "ride".to_owned(),

@@ -4,6 +4,7 @@ use super::numbers::Ride;
 use super::*;
 use crate::simulate::effects::Effect;
 use crate::statistics::random::Random;
+use crate::store::tables::changes::{head, is_change};
 use crate::store::tables::rows::{EffectTrace, EstimateRow};
 
 /// What is tried: effects with their standard errors, and what a unit of each moves of the nominal parameters.
@@ -68,7 +69,7 @@ fn found(
     hidden: impl Fn(usize) -> Vec<(&'static str, f64)>,
 ) -> Vec<ChangeRow> {
     let rows = changes((0..n).map(|k| ride(seed, k, &hidden(k))).collect());
-    rows.into_iter().filter(words::is_change).collect()
+    rows.into_iter().filter(is_change).collect()
 }
 
 #[test]
@@ -88,11 +89,11 @@ fn a_change_that_lasts_is_one_change_since_then() {
     let [row] = &rows[..] else { panic!("{rows:#?}") };
     assert_eq!((row.ident.session_id.as_str(), row.rides.as_str()), ("s07", "since"));
     assert_eq!((row.cause.as_deref(), row.n_rides, row.n_others), (Some("pad_heat"), 5, 7));
-    assert_eq!(words::place(row), "since s07 (2026-05-08)");
+    assert_eq!(place(row), "since s07 (2026-05-08)");
     let all = changes(
         (0..12).map(|k| ride(2, k, if k >= 7 { &[("pad_heat", 40.0)] } else { &[] })).collect(),
     );
-    assert_eq!(words::head(&all).as_deref(), Some("7 of 12 rides as before, 5 as since a change"));
+    assert_eq!(head(&all).as_deref(), Some("7 of 12 rides as before, 5 as since a change"));
     let late = all.iter().find(|r| r.ident.session_id == "s09").expect("a row");
     assert!(late.sentence.starts_with("as the rides since s07"), "{}", late.sentence);
 }
@@ -142,7 +143,7 @@ fn a_parameter_that_no_effect_moves_has_no_cause() {
             })
             .collect(),
     );
-    let rows: Vec<ChangeRow> = rows.into_iter().filter(words::is_change).collect();
+    let rows: Vec<ChangeRow> = rows.into_iter().filter(is_change).collect();
     let [row] = &rows[..] else { panic!("{rows:#?}") };
     assert_eq!((row.verdict.as_str(), row.cause.as_deref()), ("changed", Some("radius_front")));
     assert!(row.sentence.starts_with("the front rolling radius differs by"), "{}", row.sentence);

@@ -1,11 +1,10 @@
 //! Changes in words.
 
-use std::collections::BTreeSet;
-
 use super::difference::Difference;
 use super::numbers::{History, Number};
 use super::search::{Change, Rides};
 use crate::statistics::number_format::{decimals, fixed};
+use crate::store::tables::changes::{head, is_change, place};
 use crate::store::tables::rows::ChangeRow;
 
 /// Parameters of the nominal model as a rider calls them.
@@ -82,38 +81,6 @@ pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
         }
     }
     text
-}
-
-/// How many rides of a motorcycle are as before; `None` where none can be compared.
-pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
-    let of = |is: &dyn Fn(&ChangeRow) -> bool| {
-        let rides = rows.iter().filter(|r| r.rides == "ride" && is(r));
-        rides.map(|r| &r.ident.session_id).collect::<BTreeSet<_>>().len()
-    };
-    let all = of(&|r| r.verdict != "too_few");
-    let (same, since) = (of(&|r| r.verdict == "as_before"), of(&|r| r.verdict == "as_since"));
-    let unclear = of(&|r| r.verdict == "unclear");
-    let more = |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
-    (all > 0).then(|| {
-        format!(
-            "{same} of {all} rides as before{}{}",
-            more(since, "as since a change"),
-            more(unclear, "unclear")
-        )
-    })
-}
-
-/// Whether a row says that something changed.
-pub(crate) fn is_change(row: &ChangeRow) -> bool {
-    matches!(row.verdict.as_str(), "named" | "ambiguous" | "changed")
-}
-
-/// Where and when: the session and its date, `since` before it where all later ones are meant.
-pub(crate) fn place(row: &ChangeRow) -> String {
-    let session = &row.ident.session_id;
-    let date = row.ident.start_time.as_deref().and_then(|t| t.get(..10));
-    let place = date.map_or(session.clone(), |date| format!("{session} ({date})"));
-    if row.rides == "since" { format!("since {place}") } else { place }
 }
 
 /// A change as a sentence.

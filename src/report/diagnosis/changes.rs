@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::diagnose::reference::words::{head, is_change, place};
 use crate::report::diagnosis::cause_labels::sentence;
 use crate::report::error::Error;
 use crate::statistics::number_format::typeset;
+use crate::store::tables::changes::{head, is_change, place};
 use crate::store::tables::read;
 use crate::store::tables::rows::{ChangeRow, Ident};
 

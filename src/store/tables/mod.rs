@@ -4,6 +4,7 @@
 //! [`mod@output`] has the rule for paths that a user names.
 
 pub(crate) mod by_session;
+pub(crate) mod changes;
 mod columns;
 pub(crate) mod file;
 pub(crate) mod ident;
