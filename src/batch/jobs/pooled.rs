@@ -52,7 +52,7 @@ pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<OverAll, Error>
     }
     let changes = changes(copy.folder(), &sessions)?;
     let path = copy.folder().join(CHANGES).join(format!("{CHANGES}.parquet"));
-    file::write(&Location::Local(path), &changes)?;
+    file::write(Location::Local(path), &changes)?;
     Ok(OverAll { causes: rows, changes })
 }
 

@@ -300,13 +300,15 @@ fn caused(
     let own = differences[cause.number].filter(|d| d.t().abs() > CLEAR);
     let error = own.unwrap_or(error);
     let size = own.map_or(cause.size, |d| d.size);
-    let moved = evidence.by_chance().into_iter().filter(|(_, chance)| *chance < MOVED);
-    let mut seen: Vec<Moved> = Vec::new();
-    for (moved, _) in moved {
-        if seen.len() < LISTED && seen.iter().all(|m| m.number != moved.number) {
-            seen.push(moved);
-        }
+    let moved = |(number, by): (usize, &Option<Difference>)| Some(Moved { number, by: (*by)? });
+    let mut seen: Vec<Moved> = differences.iter().enumerate().filter_map(moved).collect();
+    seen.retain(|m| m.by.chance() < MOVED);
+    seen.sort_by(|a, b| a.by.chance().total_cmp(&b.by.chance()));
+    // of an effect that only all numbers together show, what shows it
+    if seen.is_empty() {
+        seen.extend(evidence.by_chance().into_iter().next().map(|(moved, _)| moved));
     }
+    seen.truncate(LISTED);
     let change = Change {
         rides,
         cause: cause.number,

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::report::diagnosis::cause_labels::sentence;
 use crate::report::error::Error;
 use crate::statistics::number_format::typeset;
 use crate::store::tables::changes::{head, is_change, place};
@@ -59,7 +58,7 @@ pub(crate) fn motorcycles<'a>(
 fn change<'a>(row: &ChangeRow, page_of: impl Fn(&Ident) -> Option<&'a str>) -> Change {
     Change {
         place: place(row),
-        sentence: typeset(&sentence(&row.sentence)),
+        sentence: typeset(&row.sentence),
         moved: typeset(row.moved.as_deref().unwrap_or_default()),
         page: page_of(&row.ident).map(str::to_owned),
     }
