@@ -28,7 +28,7 @@ fn put(archive: &Path, ride: usize, session: &Session, bike: &Bike) {
     for folder in ["sessions", "bikes"] {
         std::fs::create_dir_all(archive.join(folder)).expect("a folder");
     }
-    write_session(&archive.join(format!("sessions/ride_{ride}.parquet")), session, false)
+    write_session(archive.join(format!("sessions/ride_{ride}.parquet")), session, false)
         .expect("written");
     std::fs::write(archive.join("bikes/bike.toml"), bike.to_toml()).expect("written");
 }
