@@ -99,7 +99,7 @@ const CASES: &[(&str, u8, &str)] = &[
     ("simulate gone.toml --out new", 2, "no scenario `gone.toml`"),
     ("simulate lane_chang --out new", 2, "did you mean `lane_change`?"),
     ("plan gone", 2, "no scenario `gone`"),
-    ("plan lane_change", 2, "a plan is for rides of the reduced-order motorcycle"),
+    ("plan track", 2, "a plan is for rides of the reduced-order motorcycle"),
     ("schema gone", 2, "no schema `gone`"),
     ("bike new x --class gone --out new", 2, "no class `gone`"),
     ("bike new x --class naked --set gone=3 --out new", 2, "unknown key `gone`"),
