@@ -29,15 +29,15 @@ const shade = (u, lane) => {
     const a = u.valToPos(s.start, "x", true), b = u.valToPos(s.end, "x", true);
     if (b < bbox.left || a > bbox.left + bbox.width) continue;
     const colour = theme.kind(s.kind), w = Math.max(b - a, px);
-    const strip = s.kind === "changing_lean" ? 5 * px : bbox.height; // overlaps the others: a strip below them
-    ctx.fillStyle = s.kind === "changing_lean" ? colour : s.used ? alpha(colour, 0.22) : hatch(colour);
+    const strip = KINDS[s.kind]?.strip ? 5 * px : bbox.height; // overlaps the others: a strip below them
+    ctx.fillStyle = KINDS[s.kind]?.strip ? colour : s.used ? alpha(colour, 0.22) : hatch(colour);
     ctx.fillRect(a, bbox.top + bbox.height - strip, w, strip);
     if (s.id === picked.id) {
       ctx.strokeStyle = theme.ink;
       ctx.lineWidth = 2 * px;
       ctx.strokeRect(a, bbox.top, w, bbox.height);
     }
-    if (!lane || s.kind === "changing_lean") continue;
+    if (!lane || KINDS[s.kind]?.strip) continue;
     ctx.fillStyle = alpha(colour, s.used ? 1 : 0.35);
     ctx.fillRect(a, bbox.top, w, 14 * px);
     const text = letter(s);

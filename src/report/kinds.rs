@@ -43,13 +43,15 @@ pub(super) fn style() -> String {
 }
 
 /// The start of the pages' script: `KINDS` by name, with `words`, `letter`, letters of `sides`
-/// where they differ, and whether it is the `rest` that no detector claimed.
+/// where they differ, whether it is the `rest` that no detector claimed, and whether it is a `strip` below the others.
 pub(super) fn script() -> String {
     let kinds: serde_json::Map<_, _> = all()
         .map(|d| {
             let sides = d.letter_by_side.map(|[left, right]| json!({"left": left, "right": right}));
             let rest = d.name == ManoeuvreKind::Other.name();
-            let kind = json!({"words": d.words, "letter": d.letter, "sides": sides, "rest": rest});
+            // it overlaps the kinds that cover the ride
+            let strip = d.name == ManoeuvreKind::ChangingLean.name();
+            let kind = json!({"words": d.words, "letter": d.letter, "sides": sides, "rest": rest, "strip": strip});
             (d.name.to_owned(), kind)
         })
         .collect();
