@@ -174,7 +174,7 @@ fn as_before(history: &History, found: &Found, ride: usize) -> ChangeRow {
             moved: Some(words::moved(&history.numbers[largest.moved.number], largest.moved.by)),
             sentence: match is_clear(largest.chance) {
                 true => format!(
-                    "differs from the motorcycle's {n_others} other rides beyond chance, but it may be what is left of a \
+                    "differs from the motorcycle's {n_others} other rides beyond chance, but it may be the remainder of a \
                      larger change, or one of many tries"
                 ),
                 false => format!(

@@ -24,7 +24,7 @@ const RIVAL: f64 = 3.0;
 /// Squared standard deviations by which a rival's own size may be less clear.
 const CLEARER: f64 = 9.0;
 /// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which it is
-/// what is left of that.
+/// the remainder of that.
 const SHADOW: f64 = 0.15;
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
@@ -139,7 +139,7 @@ pub(crate) fn search(history: &History) -> Found {
         let (moved, chance) = Evidence::new(&rest, Rides::One(ride)).largest()?;
         Some(Largest { ride, moved, chance })
     });
-    // what is left after a change is searched again
+    // the remainder after a change is searched again
     let tried = sets.len() + changes.len();
     Found { changes, largest: largest.collect(), tried }
 }
@@ -234,7 +234,7 @@ fn sum(
     difference(&values, &errors, |i| rides.has(i), belief)
 }
 
-/// The change that is least by chance, if it is beyond it.
+/// Of the sets of rides whose difference is beyond chance, the change that explains most.
 fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Change> {
     let limit = FALSE_ALARMS / sets.len() as f64;
     let is_open = |rides: &&Rides| known.iter().filter(|c| c.rides == **rides).count() < MOST[1];
@@ -248,7 +248,7 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
         })
         .collect();
     tried.sort_by(|a, b| a.2.total_cmp(&b.2));
-    // what is left of a large change, beyond the first order, is no other change
+    // the remainder of a large change, beyond the first order, is no other change
     let clearest = |c: &Change| c.moved.iter().map(|m| m.by.t().abs()).fold(0.0, f64::max);
     let is_left = |change: &Change| {
         let share = |c: &Change| (0..history.len()).any(|i| c.rides.has(i) && change.rides.has(i));
@@ -357,7 +357,7 @@ fn take_out(history: &mut History, change: &Change) {
                 for (p, t) in by_ride[i].iter().enumerate() {
                     let moved = change.size * t;
                     history.values[p][i] -= moved;
-                    // what is left of it is known as well as its size is
+                    // its remainder is known as well as its size is
                     history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved);
                 }
             }
