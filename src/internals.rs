@@ -608,7 +608,7 @@ pub mod simulate {
         pub use crate::simulate::scenario::{BUILTIN, Machine, Scenario};
     }
     pub mod sensors {
-        pub use crate::simulate::sensors::{clamp_physical, measure};
+        pub use crate::simulate::sensors::{Sensor, clamp_physical, measure};
     }
     pub mod strapdown {
         pub use crate::simulate::strapdown::{Axes, Receiver, Unit, crabbing, record, truth};

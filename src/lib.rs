@@ -185,7 +185,7 @@ pub use report::assets::Pages;
 
 // Diagnosis, plans and simulation.
 pub use diagnose::diagnosis::Diagnosis;
-pub use diagnose::road::ride_plan::{RidePlan, plan as plan_ride, scenario as plan_scenario};
+pub use diagnose::road::ride_plan::{RidePlan, plan as plan_ride};
 pub use diagnose::settings::Settings as DiagnosisSettings;
 pub use simulate::tables::Rideable;
 

@@ -133,12 +133,17 @@ pub fn drafted(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -
 ///
 /// # Panics
 /// Where the folder cannot be written or a drafted map is none.
-pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> Read {
+pub fn read(
+    profile: Profile,
+    ridden: &TrackRide,
+    seed: u64,
+    folder: &Path,
+    pipeline: &Pipeline,
+) -> Read {
     let Drafted { log, judged, circumference } = drafted(profile, ridden, seed, folder);
     let bike = &ridden.entry.bike;
     let map = ChannelMap::parse(&judged.draft, "draft.toml")
         .unwrap_or_else(|e| panic!("{e}\n{}", judged.draft));
-    let pipeline = Pipeline::onroad();
     let run = |map: ChannelMap| {
         let maps = [map];
         let input = Input {
@@ -148,7 +153,7 @@ pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> R
             pipeline_hash: String::new(),
             signals: false,
         };
-        pipeline::run(&input, bike, &pipeline).map_err(|e| format!("{}: {}", e.code, e.message))
+        pipeline::run(&input, bike, pipeline).map_err(|e| format!("{}: {}", e.code, e.message))
     };
     let pressure =
         |c: Channel| matches!(c, Channel::BrakePressureFront | Channel::BrakePressureRear);

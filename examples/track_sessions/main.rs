@@ -20,6 +20,7 @@ use std::path::Path;
 
 use clap::Parser;
 use rayon::prelude::*;
+use roadbench::internals::pipeline::Pipeline;
 use roadbench::internals::simulate::loggers::Profile;
 use roadbench::internals::simulate::track;
 
@@ -34,6 +35,12 @@ struct Arguments {
     /// Seed of machines, circuits, riders and loggers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Steepest slope of the lap, drawn between these, rise over run; the built-in track's if not given.
+    #[arg(long, num_args = 2, value_names = ["LEAST", "MOST"])]
+    grade: Option<Vec<f64>>,
+    /// Read without the altitude.
+    #[arg(long)]
+    level: bool,
     /// A line per session and coefficient, and the drafted maps' faults.
     #[arg(long)]
     verbose: bool,
@@ -50,11 +57,16 @@ struct Arguments {
 
 fn main() {
     let arguments = Arguments::parse();
-    let track = varied(arguments.seed);
+    let mut track = varied(arguments.seed);
+    if let Some([least, most]) = arguments.grade.as_deref() {
+        track.grade = [*least, *most];
+    }
     let wanted = |p: &Profile| {
         arguments.profile.is_empty() || arguments.profile.iter().any(|name| name == p.name())
     };
     let profiles: Vec<Profile> = PROFILES.into_iter().filter(wanted).collect();
+    let mut pipeline = Pipeline::onroad();
+    pipeline.estimate.grade = !arguments.level;
     let work = tempfile::tempdir().expect("a folder for the logs");
     if arguments.channels {
         println!("{}", of_channels(&arguments, &profiles, work.path()));
@@ -66,7 +78,7 @@ fn main() {
             let ridden = track::ride(&track, number)?;
             let length = ridden.ride.session.duration();
             let sessions = profiles.iter().map(|&profile| {
-                let read = read(profile, &ridden, track.seed, work.path());
+                let read = read(profile, &ridden, track.seed, work.path(), &pipeline);
                 keep(&arguments, number, profile, &read.judged.draft);
                 let asked = asked(&ridden, read.circumference);
                 let of = |o: &_| segmented(&ridden, o, read.earlier);

@@ -259,15 +259,18 @@ def _batch(
 
 
 def plan(scenario: _Path, pipeline: _Path = "onroad") -> dict[str, Any]:
-    """What a ride would show of the causes that :func:`diagnose` looks for, before it is ridden.
+    """What a ride would give of the tyres' side forces and show of the causes that :func:`diagnose` looks for, before it is
+    ridden.
 
     Args:
         scenario: a built-in one (``archive``, ``perfect``, ``paper``, ...) or path of a scenario file; its
-            first session is simulated.
+            first session is simulated. Scenarios of the nonlinear motorcycle (``slalom``, ...) give side forces only.
         pipeline: ``onroad``, or path of a pipeline file.
 
     Returns:
-        ``scenario``, ``duration`` (s), ``effects`` and ``pairs``: a dict each of the effects, with the
+        ``scenario``, ``duration`` (s, ``None`` of a scenario of the nonlinear motorcycle), ``side_forces``,
+        ``effects`` and ``pairs``: a dict each of the coefficients of the side forces, with the half width of the
+        95 % interval over the value as planned and with a slalom (``half_width`` of ``planned`` and ``with_slalom``); of the effects, with the
         smallest size that is named half of the time (``limit``, in ``unit``; ``None`` where the ride does
         not show it), and of the pairs of effects that the ride can hardly tell apart.
 

@@ -6,13 +6,12 @@ use pyo3::prelude::*;
 
 use crate::archive::json;
 use crate::errors::{self, invalid};
-use roadbench::{plan_ride, plan_scenario};
+use roadbench::plan_ride;
 
-/// What the first session of a scenario would show of each cause, as JSON.
+/// What the first session of a scenario would give of the side forces and show of each cause, as JSON.
 #[pyfunction]
 pub fn plan(py: Python<'_>, scenario: &str, pipeline: PathBuf) -> PyResult<String> {
     let pipeline = errors::pipeline(&pipeline)?;
-    let scenario = plan_scenario(scenario).map_err(invalid)?;
     let plan = py.detach(|| plan_ride(scenario, &pipeline));
     json(&plan.map_err(invalid)?)
 }

@@ -63,10 +63,8 @@ def test_too_few_nulls_are_refused(log, bike, tmp_path):
 def test_plan_is_that_of_the_command():
     plan = roadbench.plan("perfect")
     lines = [json.loads(line) for line in command("plan", "perfect", "--json").splitlines()]
-    # side forces are the command's only, until `plan` has them
-    side_forces = [line for line in lines if "coefficient" in line]
-    assert len(side_forces) == 6
-    assert lines[6:] == plan["effects"] + plan["pairs"]
+    assert len(plan["side_forces"]) == 6
+    assert lines == plan["side_forces"] + plan["effects"] + plan["pairs"]
     assert plan["duration"] > 60
     with pytest.raises(ValueError, match="no_such_ride"):
         roadbench.plan("no_such_ride")

@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     /// It says which would show it and how well, and takes half as long again. For causes that a ride cannot distinguish this is always done.
     #[arg(long)]
     advise: bool,
-    /// Print the rows of table `causes` as JSON, one object a line.
+    /// Print the rows of the tables `causes` and `changes` as JSON, one object a line; its key `table` says of which.
     #[arg(long)]
     json: bool,
 }
@@ -92,8 +92,12 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     for row in &over_all.causes {
         print(&format.pooled(row));
     }
-    if format == Format::Words {
-        print(&changes::of_motorcycles(&over_all.changes));
+    match format {
+        Format::None => {}
+        Format::Json => {
+            over_all.changes.iter().for_each(|row| print(&json("changes", row)));
+        }
+        Format::Words => print(&changes::of_motorcycles(&over_all.changes)),
     }
     log();
     tracing::info!("report: {}", out.join("report/index.html"));
@@ -113,7 +117,7 @@ impl Format {
     fn session(self, verdict: &Verdict) -> String {
         match self {
             Format::None => String::new(),
-            Format::Json => verdict.causes.iter().map(json).collect(),
+            Format::Json => verdict.causes.iter().map(|row| json("causes", row)).collect(),
             // without fault-free simulations there is none
             Format::Words if verdict.summary.is_empty() => String::new(),
             Format::Words => format!("{}\n", verdict.summary),
@@ -124,15 +128,22 @@ impl Format {
     fn pooled(self, row: &CauseRow) -> String {
         match self {
             Format::None => String::new(),
-            Format::Json => json(row),
+            Format::Json => json("causes", row),
             Format::Words => summary::pooled(row).map(|text| text + "\n").unwrap_or_default(),
         }
     }
 }
 
-fn json(row: &CauseRow) -> String {
+/// A row of a table as a line.
+fn json(table: &str, row: &impl serde::Serialize) -> String {
+    #[derive(serde::Serialize)]
+    struct Line<'a, R> {
+        table: &'a str,
+        #[serde(flatten)]
+        row: &'a R,
+    }
     // a row of texts and numbers can always be written
-    serde_json::to_string(row).map(|text| text + "\n").unwrap_or_default()
+    serde_json::to_string(&Line { table, row }).map(|text| text + "\n").unwrap_or_default()
 }
 
 /// Progress, and each session's verdict in order of path.

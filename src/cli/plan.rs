@@ -10,9 +10,9 @@ use crate::contract::coefficient::{Coefficient as C, SLALOM};
 use crate::contract::status::Status;
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
-use crate::diagnose::road::ride_plan::{self, EffectLimit, RidePlan};
+use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
 use crate::pipeline::Pipeline;
-use crate::pipeline::predicted::{Expected, Planned, Predicted, predict};
+use crate::pipeline::predicted::{Expected, Predicted};
 use crate::simulate::scenario::BUILTIN;
 use crate::simulate::tour::{BUILTIN as TOURS, Tour};
 
@@ -49,32 +49,30 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         Some(path) => Pipeline::read(path).map_err(Failure::usage)?,
         None => Pipeline::onroad(),
     };
-    if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::usage)? {
-        let found = predict(&Planned::Tour(&tour), &pipeline).map_err(Failure::usage)?;
-        return match arguments.json {
-            true => print_lines(&found),
-            false => {
-                say!("{}: its ride by the nonlinear motorcycle, simulated and fitted\n", tour.name);
-                print_side_forces(&found);
-                Ok(())
-            }
-        };
-    }
-    let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::usage)?;
-    let steps =
-        Steps::begin(bar, crate::simulate::effects::ALL.len(), "effects on a simulated ride");
-    let found = predict(&Planned::Fleet(&scenario), &pipeline);
-    let planned = ride_plan::plan(scenario, &pipeline);
+    let steps = match Tour::load(&arguments.scenario).map_err(Failure::usage)? {
+        Some(_) => None,
+        None => Some(Steps::begin(
+            bar,
+            crate::simulate::effects::ALL.len(),
+            "effects on a simulated ride",
+        )),
+    };
+    let planned = plan(&arguments.scenario, &pipeline);
     drop(steps);
-    let found = found.map_err(Failure::usage)?;
-    let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::usage)?;
+    let RidePlan { scenario, duration, side_forces, effects, pairs } =
+        planned.map_err(Failure::usage)?;
     if arguments.json {
-        print_lines(&found)?;
+        print_lines(&side_forces)?;
         print_lines(&effects)?;
         return print_lines(&pairs);
     }
+    let Some(duration) = duration else {
+        say!("{scenario}: its ride by the nonlinear motorcycle, simulated and fitted\n");
+        print_side_forces(&side_forces);
+        return Ok(());
+    };
     say!("{scenario}: a ride of {duration:.0} s, simulated and fitted\n");
-    print_side_forces(&found);
+    print_side_forces(&side_forces);
     say!("Smallest effects that it can reveal, at best\n");
     say!(
         "{:24} {:>10} {:8} {:>7}  {}",

@@ -57,6 +57,7 @@ channels! {
     Latitude = "latitude",
     Longitude = "longitude",
     Altitude = "altitude",
+    Grade = "grade",
     AirTemperature = "air_temperature",
     TyreTemperatureFront = "tyre_temperature_front",
     TyreTemperatureRear = "tyre_temperature_rear",

@@ -4,6 +4,7 @@
 //! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
 //! algebra (eqs. 24-36), [`quasi_static`] selects the corner samples. Nothing is fitted here.
 
+pub(crate) mod grade;
 pub(crate) mod offroad;
 pub(crate) mod quasi_static;
 pub(crate) mod relaxation;
@@ -38,6 +39,8 @@ pub struct Config {
     /// Left out at the start of every segment, a quarter of it at the end, s: there the filter
     /// mixes in the manoeuvre before and after.
     pub trim: f64,
+    /// Whether altitude and climb give the grade of the road.
+    pub grade: bool,
 }
 
 impl Default for Config {
@@ -50,6 +53,7 @@ impl Default for Config {
             min_camber: 0.07,
             min_speed: 3.0,
             trim: 0.2,
+            grade: true,
         }
     }
 }

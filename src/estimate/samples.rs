@@ -101,6 +101,8 @@ samples! {
     steer,
     /// Direction of travel: +1, -1, or 0 where unknown.
     direction,
+    /// Grade of the road, uphill positive; 0 where nothing shows it.
+    grade,
 }
 
 impl Samples {
@@ -206,6 +208,8 @@ impl<'a> Reader<'a> {
         let (pitch, yaw_rate) = (get(Channel::Pitch), get(Channel::YawRate));
         let pitch_rate = get(Channel::PitchRate);
         let omega = [get(Channel::WheelSpeedFront), get(Channel::WheelSpeedRear)];
+        let grade = get(Channel::Grade).map_or(0.0, |x| x[i]);
+        let grade = if grade.is_finite() { grade } else { 0.0 };
         let moved = ((i as f64 + self.latency).round().max(0.0) as usize).min(self.last);
         let velocity_x_rate = self.rate(velocity_x, moved, SHORT);
         Sample {
@@ -218,7 +222,8 @@ impl<'a> Reader<'a> {
             velocity_y_sd: self.late(get(Channel::VelocityYSd), i),
             // without an accelerometer the velocity is differentiated
             acceleration_x: get(Channel::AccelerationX).map_or(velocity_x_rate, |x| x[i]),
-            pitch: read(pitch),
+            // of the frame against the road: an uphill road lifts the nose
+            pitch: read(pitch) + grade.atan(),
             pitch_rate: pitch_rate.map_or_else(|| self.rate(pitch, i, WIDE), |x| x[i]),
             pitch_acceleration: pitch_rate.map_or_else(
                 || self.curvature(pitch, i, WIDE),
@@ -232,6 +237,7 @@ impl<'a> Reader<'a> {
             yaw_acceleration: self.rate(yaw_rate, i, WIDE),
             steer: read(get(Channel::SteerAngle)),
             direction,
+            grade,
             omega: omega.map(read),
             omega_rate: omega.map(|x| self.rate(x, i, SHORT)),
         }

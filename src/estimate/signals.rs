@@ -180,6 +180,12 @@ impl Inputs {
         x.velocity_x[i] + late - if beside.is_finite() { beside } else { 0.0 }
     }
 
+    /// Forward acceleration that forces have to give, m/s²: on a slope more or less than the speed shows.
+    fn acceleration(&self, x: &Samples, i: usize) -> f64 {
+        let uphill = if self.is_corrected() { GRAVITY * x.grade[i] } else { 0.0 };
+        x.acceleration_x[i] - self.zeros.acceleration_x + uphill
+    }
+
     /// Lean of a sample, rad.
     fn roll(&self, x: &Samples, i: usize) -> f64 {
         self.roll_scale * (x.roll[i] - self.zeros.roll)
@@ -283,7 +289,7 @@ impl Inputs {
             let roll = self.roll(x, i);
             let roll = if roll.is_finite() { roll } else { 0.0 };
             let cos_phi = roll.cos();
-            let a = x.acceleration_x[i] - self.zeros.acceleration_x;
+            let a = self.acceleration(x, i);
             let total = m * a + self.drag * v * v; // m a_x - F_drag
             let spin_rate: f64 = (0..2)
                 .map(|k| if inertia[k] > 0.0 { inertia[k] * self.wheel_rate(x, i, k) } else { 0.0 })
@@ -450,7 +456,7 @@ impl Inputs {
         let (sin_roll, cos_roll) = roll.sin_cos();
         let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll), fixed.caster);
         let slip_angle = if self.is_corrected() { lagged(i, speed, kinematic) } else { kinematic };
-        let a = x.acceleration_x[i] - self.zeros.acceleration_x;
+        let a = self.acceleration(x, i);
         let total_x = b.mass * a + self.drag * speed * speed;
         // leaning in the mass centre sinks, leaning out it rises: the printed form is static
         let lift = -b.cg_height

@@ -110,7 +110,7 @@ impl Config {
         match (self.channel.get(channel.name()), channel) {
             (_, C::Gear | C::LapNumber) => None,
             (Some(band), _) => Some((band.low_cut, band.high_cut.unwrap_or(self.high_cut))),
-            (None, C::Throttle | C::Latitude | C::Longitude | C::Altitude) => None,
+            (None, C::Throttle | C::Latitude | C::Longitude | C::Altitude | C::Grade) => None,
             (None, C::AirTemperature | C::TyreTemperatureFront | C::TyreTemperatureRear) => None,
             (None, _) => Some((0.0, self.high_cut)),
         }

@@ -8,8 +8,8 @@
 //! A ride without enough coasting still determines the front radius: the undriven wheel rolls
 //! freely under gentle engine power too ([`free_rolling`]).
 //!
-//! The printed form has neither the wheels' inertia nor the slope of the test strip, which both
-//! directions of travel separate from rolling resistance.
+//! The printed form has neither the wheels' inertia nor the slope of the test strip. Altitude or climb show
+//! it sample by sample ([`crate::estimate::grade`]); both directions of travel separate what is left of it from rolling resistance.
 
 use crate::GRAVITY;
 use crate::contract::coefficient::{Coefficient, Id};
@@ -154,7 +154,8 @@ fn resistance_rows(x: &Samples, inputs: &Inputs, radius: [f64; 2]) -> Resistance
         if both {
             rows.columns[GRADE].push(x.direction[i]);
         }
-        rows.y.push(-inertia * a / weight);
+        let uphill = if corrected { x.grade[i] } else { 0.0 };
+        rows.y.push(-inertia * a / weight - uphill);
         rows.clusters.push(x.segment[i]);
     }
     rows

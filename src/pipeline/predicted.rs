@@ -25,7 +25,7 @@ const SIDE_FORCES: [C; 3] = [C::CorneringStiffness0, C::SideForceRatio, C::Cambe
 
 /// What a ride would give of one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Predicted {
+pub struct Predicted {
     /// `front` or `rear`.
     pub tyre: &'static str,
     /// Name of the coefficient.
@@ -40,7 +40,7 @@ pub(crate) struct Predicted {
 
 /// A result of a simulated ride.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Expected {
+pub struct Expected {
     /// Half the 95 % interval over the value; none where the ride does not bound it.
     pub half_width: Option<f64>,
     /// How far it could be believed.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! prepare        read -> run -> check                                        one clean session
-//! segmented      filter -> segment                                           its manoeuvres
+//! segmented      filter -> grade -> segment                                  its manoeuvres
 //! characterise   segmented -> sensor zeros -> gather -> solve                the tyres
 //! offroad_forces filter -> inverse dynamics -> segment                       tyre forces, off-road
 //! ```
@@ -15,8 +15,8 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Estimate};
-use crate::estimate::turn;
 use crate::estimate::zeros::{self, Zeros};
+use crate::estimate::{grade, turn};
 use crate::fit::cornering::K_X;
 use crate::fit::solution::Upstream;
 use crate::fit::transients::{self, Transients};
@@ -108,6 +108,10 @@ pub(crate) fn segmented(
     pipeline: &Pipeline,
 ) -> (Vec<Segment>, Vec<Warning>) {
     let warnings = filter::run(session, &pipeline.filter);
+    let grade = if pipeline.estimate.grade { grade::grade(session) } else { None };
+    if let Some(grade) = grade {
+        session.set(Channel::Grade, grade.value);
+    }
     (segment::run(session, bike, &pipeline.segment), warnings)
 }
 

@@ -50,6 +50,12 @@ pub fn session_with(
     let mut simulated =
         simulate_phases(plant, &phases, scenario.disturbance, purpose("ride"), rate, LONGEST, meta);
     let session = &mut simulated.session;
+    // a logger with an altitude rides over hills that it sees
+    if scenario.sensors.contains_key(Channel::Altitude.name()) {
+        session.set(Channel::Altitude, simulated.road.iter().map(|[_, height]| *height).collect());
+        session
+            .set(Channel::Pitch, simulated.road.iter().map(|[grade, _]| -grade.atan()).collect());
+    }
     for &channel in &scenario.drop {
         session.remove(channel);
     }
@@ -93,6 +99,7 @@ pub fn simulate_phases(
                 let last = before.unwrap_or(controls).pressure;
                 let pressure = [0, 1].map(|k| 0.5 * (last[k] + controls.pressure[k]));
                 record.push(&state, &response, Controls { pressure, ..controls }, label);
+                record.road.push(rider.road());
             }
             before = Some(controls);
             plant.advance(&mut state, &action, step);
@@ -100,7 +107,8 @@ pub fn simulate_phases(
     }
     let session = record.session(meta, rate);
     let labels = labels(&record.kinds, rate);
-    Simulated { session, labels, trace: record.responses, states: record.states }
+    let Record { states, responses, road, .. } = record;
+    Simulated { session, labels, trace: responses, states, road }
 }
 
 /// What a ride leaves, sample by sample.
@@ -110,6 +118,8 @@ struct Record {
     responses: Vec<Response>,
     controls: Vec<Controls>,
     kinds: Vec<(ManoeuvreKind, Option<Direction>)>,
+    /// Grade of the road and what was climbed since the start, m.
+    road: Vec<[f64; 2]>,
 }
 
 impl Record {

@@ -27,6 +27,8 @@ pub struct Disturbance {
     pub brake_gain: f64,
     /// Slope, scatter from run to run (rise over run).
     pub grade: f64,
+    /// Distance over which the road bends from one slope to the next, m.
+    pub bend: f64,
     /// Lean the rider fails to hold, rad (correlation 1 s).
     pub lean: f64,
 }
@@ -39,6 +41,7 @@ impl Default for Disturbance {
             moment_z: 0.0,
             brake_gain: 0.0,
             grade: 0.0,
+            bend: 0.0,
             lean: 0.0,
         }
     }
@@ -52,6 +55,9 @@ pub(crate) struct Rider<'a> {
     pressure: [f64; 2],
     gain: [f64; 2],
     grade: f64,
+    next_grade: f64,
+    /// Climbed since the start, m.
+    height: f64,
     disturbance: Disturbance,
     noise: [Coloured; 4],
     random: Random,
@@ -83,6 +89,8 @@ impl<'a> Rider<'a> {
             pressure: [0.0; 2],
             gain: plant.brake_gain,
             grade,
+            next_grade: grade,
+            height: 0.0,
             disturbance,
             noise,
             random,
@@ -97,6 +105,11 @@ impl<'a> Rider<'a> {
         self.programme.phase()
     }
 
+    /// Grade of the road, uphill positive, and what was climbed since the start, m.
+    pub(crate) fn road(&self) -> [f64; 2] {
+        [self.grade, self.height]
+    }
+
     /// Kind and direction of the phase under way; `lean` in rad.
     pub(crate) fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         self.programme.label(lean)
@@ -104,7 +117,7 @@ impl<'a> Rider<'a> {
 
     /// Road and pads differ from run to run.
     fn vary(&mut self) {
-        self.grade = self.disturbance.grade * self.random.normal();
+        self.next_grade = self.disturbance.grade * self.random.normal();
         for i in 0..2 {
             let scatter = 1.0 + self.disturbance.brake_gain * self.random.normal();
             self.gain[i] = self.plant.brake_gain[i] * scatter;
@@ -162,6 +175,12 @@ impl<'a> Rider<'a> {
         let jitter = self.noise[3].next(&mut self.random);
         lean.angle += jitter;
         action.steer = steer(self.plant, state, response, &lean);
+        let ridden = state.vx * self.dt;
+        let share = ridden / self.disturbance.bend;
+        // without a bend at once, also where nothing is ridden
+        let share = if share < 1.0 { share } else { 1.0 };
+        self.grade += (self.next_grade - self.grade) * share;
+        self.height += ridden * self.grade;
         let running = (state.vx / 2.0).clamp(0.0, 1.0);
         action.force_x = running
             * (self.noise[0].next(&mut self.random) - self.plant.mass * GRAVITY * self.grade);

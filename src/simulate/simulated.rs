@@ -18,6 +18,8 @@ pub struct Simulated {
     pub trace: Vec<Response>,
     /// The true states, sample by sample.
     pub states: Vec<State>,
+    /// The road under each sample: grade, uphill positive, and what was climbed since the start, m.
+    pub road: Vec<[f64; 2]>,
 }
 
 /// Labels of the runs of one kind and direction in samples at `rate` Hz.

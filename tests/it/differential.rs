@@ -96,6 +96,21 @@ fn the_ride_that_differs_has_its_cause() {
     );
     // one wording and one number in the terminal, the table and on the page
     assert!(text.contains(&row.sentence), "{text}");
+    let again = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"))
+        .arg("diagnose")
+        .arg(&archive)
+        .arg("--out")
+        .arg(folder.path().join("json"))
+        .args(["--nulls", "0", "--json"])
+        .output()
+        .expect("roadbench starts");
+    let lines = String::from_utf8_lossy(&again.stdout);
+    let lines = lines.lines().map(|l| serde_json::from_str(l).expect("JSON"));
+    let lines: Vec<serde_json::Value> =
+        lines.filter(|l: &serde_json::Value| l["table"] == "changes").collect();
+    let named: Vec<_> = lines.iter().filter(|l| l["cause"] == "steer_zero").collect();
+    assert!(lines.len() >= 7 && named.len() == 1, "{lines:?}");
+    assert_eq!(named[0]["session_id"], "ride_6");
     let page = std::fs::read_to_string(out.join("report/index.html")).expect("a page");
     assert!(page.contains("6 of 7 rides as before"), "the page says nothing of the change");
 }

@@ -32,6 +32,7 @@ mod fleet_ratio;
 mod forget;
 mod formats;
 mod friction_circle;
+mod hills;
 mod identity;
 mod in_gear;
 mod ingest;

@@ -4,6 +4,7 @@
 use roadbench::internals::contract::channel::Channel;
 use roadbench::internals::contract::coefficient::Coefficient as C;
 use roadbench::internals::ingest::maps::propose::physics::Verdict;
+use roadbench::internals::pipeline::Pipeline;
 use roadbench::internals::simulate::loggers::Profile;
 use roadbench::internals::simulate::track;
 use roadbench::internals::store::tables::rows::{Coefficient, Status};
@@ -34,7 +35,7 @@ fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
     let work = tempfile::tempdir().expect("a folder");
     for profile in PROFILES {
         let name = profile.name();
-        let read = read(profile, &ridden, SEED, work.path());
+        let read = read(profile, &ridden, SEED, work.path(), &Pipeline::onroad());
         let score = channels::score(&read.judged, name);
         assert_eq!(score.wrong, Vec::<String>::new(), "{name}");
         let entries = &read.judged.verdicts.entries;

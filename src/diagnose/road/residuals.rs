@@ -280,7 +280,7 @@ impl Instant<'_> {
                 | ManoeuvreKind::CombinedBraking
         );
         let drag = error.drag(p.drag, v, along);
-        let uphill = error.uphill(0.0, m * GRAVITY, along);
+        let uphill = error.uphill(m * GRAVITY * s.grade[i], m * GRAVITY, along);
         let rolling = error.rolling_resistance(p.rolling_resistance, v);
         let resistance = drag + rolling * weight + uphill;
         let whole = m * self.ax + drag + uphill;

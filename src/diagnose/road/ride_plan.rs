@@ -6,6 +6,7 @@ use super::advice::{ALIKE, Advice};
 use super::session::{Fitted, fitted};
 use crate::contract::file_error::{FileError, FileName};
 use crate::pipeline::Pipeline;
+use crate::pipeline::predicted::{Planned, Predicted, predict};
 use crate::simulate;
 use crate::simulate::effects::ALL;
 use crate::simulate::motocross::scenario::Motocross;
@@ -18,8 +19,10 @@ use crate::simulate::track::Track;
 pub struct RidePlan {
     /// The scenario's name.
     pub scenario: String,
-    /// How long the ride is, s.
-    pub duration: f64,
+    /// How long the ride is, s; `None` where only side forces are predicted.
+    pub duration: Option<f64>,
+    /// What it would give of the tyres' side forces.
+    pub side_forces: Vec<Predicted>,
     /// What it would show of each effect.
     pub effects: Vec<EffectLimit>,
     /// The effects of which it would show nearly the same.
@@ -64,11 +67,28 @@ pub struct AlikePair {
     pub separation_after: Option<f64>,
 }
 
-/// The scenario of a plan, a built-in one or a file.
+/// Simulates the first session of a scenario, a built-in one or a file, and works out what it shows: on the
+/// reduced-order motorcycle side forces and effects, on the nonlinear one side forces.
 ///
 /// # Errors
-/// A sentence: there is no such scenario, or another simulator rides it.
-pub fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
+/// There is no such scenario, no plan is made for its simulator, or its ride does not hold what a diagnosis needs.
+pub fn plan(name_or_path: &str, pipeline: &Pipeline) -> Result<RidePlan, FileError> {
+    if let Some(tour) = Tour::load(name_or_path)? {
+        return Ok(RidePlan {
+            side_forces: predict(&Planned::Tour(&tour), pipeline)?,
+            scenario: tour.name,
+            duration: None,
+            effects: Vec::new(),
+            pairs: Vec::new(),
+        });
+    }
+    let scenario = scenario(name_or_path)?;
+    let side_forces = predict(&Planned::Fleet(&scenario), pipeline)?;
+    Ok(RidePlan { side_forces, ..shown(scenario, pipeline)? })
+}
+
+/// The scenario of a plan of effects.
+fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
     let others = [
         Motocross::load(name_or_path)?.is_some(),
         Track::load(name_or_path)?.is_some(),
@@ -85,11 +105,8 @@ pub fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
     Scenario::load(name_or_path)
 }
 
-/// Simulates the first session of a scenario and works out what it shows.
-///
-/// # Errors
-/// Its ride does not hold what a diagnosis needs.
-pub fn plan(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileError> {
+/// What the first session of a scenario shows of the effects.
+fn shown(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileError> {
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;
     let fitted = fitted(&session, &machine.bike, pipeline)
@@ -97,7 +114,8 @@ pub fn plan(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileErr
     let Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, pipeline);
     Ok(RidePlan {
-        duration: session.duration(),
+        duration: Some(session.duration()),
+        side_forces: Vec::new(),
         effects: effect_limits(&advice),
         pairs: alike_pairs(&advice),
         scenario: scenario.name,

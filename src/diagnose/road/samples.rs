@@ -55,6 +55,8 @@ pub struct Samples {
     /// Where along the strip, for what depends on heading: cosine of the heading against the
     /// session's first straight, NaN without heading.
     pub along: Vec<f64>,
+    /// Grade of the road, uphill positive; 0 where nothing shows it.
+    pub grade: Vec<f64>,
     /// Pitch beyond the usual one, rad ([`dive`]).
     pub dive: Vec<f64>,
     pub dived: Vec<f64>,
@@ -119,6 +121,7 @@ impl Samples {
             omegad: both(&self.omegad),
             pressure: both(&self.pressure),
             along: of(&self.along),
+            grade: of(&self.grade),
             dive: of(&self.dive),
             dived: of(&self.dived),
             divedd: of(&self.divedd),
@@ -160,6 +163,7 @@ impl Samples {
             .map(|c| acting_pressure(&smoothed(c), rate));
         let brakes = brake_history(session);
         let along = along_strip(session);
+        let grade = session.get(Channel::Grade);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
         let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
         let divedd = gradient(&dived, rate);
@@ -169,6 +173,7 @@ impl Samples {
             for &i in chosen {
                 out.time.push(i as f64 / rate);
                 out.along.push(along[i]);
+                out.grade.push(grade.map_or(0.0, |x| x[i]));
                 out.dive.push(dive[i]);
                 out.dived.push(dived[i]);
                 out.divedd.push(divedd[i]);

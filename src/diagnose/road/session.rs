@@ -165,6 +165,10 @@ pub fn fitted<'a>(
     let ridden = characterise_once(unfiltered, bike, pipeline, Formulation::Corrected);
     let Characterised { segments, solution, .. } = &ridden;
     // the estimate above knows of dive, the base model does not
+    let session = match ridden.session.get(Channel::Grade) {
+        Some(grade) => Cow::Owned(on_the_road(session.into_owned(), grade)),
+        None => session,
+    };
     let session = dive::level(&session, bike).map_or(session, Cow::Owned);
     let samples = Samples::gather(&session, segments);
     if samples.blocks() < FEWEST {
@@ -362,6 +366,15 @@ fn worsens(errors: &[SimulationError]) -> bool {
 pub(super) fn seed(session_id: &str) -> u64 {
     let hash = blake3::hash(session_id.as_bytes());
     hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b))
+}
+
+/// A session with the grade of its road, whose pitch is that of the frame against the road.
+fn on_the_road(mut session: Session, grade: &[f64]) -> Session {
+    if let Some(pitch) = session.get_mut(Channel::Pitch) {
+        pitch.iter_mut().zip(grade).for_each(|(pitch, grade)| *pitch += grade.atan());
+    }
+    session.set(Channel::Grade, grade.to_vec());
+    session
 }
 
 /// A session with the acceleration that its velocity has; nothing is learnt from comparing the two.

@@ -41,6 +41,8 @@ pub struct Columns {
     pub omega_rate: [Vec<f64>; 2],
     /// Lean, rad.
     pub roll: Vec<f64>,
+    /// Grade of the road, uphill positive; 0 where nothing shows it.
+    pub grade: Vec<f64>,
     /// Lean before that average.
     pub roll_sharp: Vec<f64>,
     /// Brake pressures, Pa, where they were logged.
@@ -109,6 +111,10 @@ pub fn columns(session: &Session, config: &Config) -> Option<Columns> {
         omega_rate: [difference(&omega_sharp[0]), difference(&omega_sharp[1])],
         omega_sharp: omega_sharp[0].clone(),
         roll: average(&roll_sharp),
+        grade: match session.get(Channel::Grade) {
+            Some(x) => raw(x).iter().map(|g| if g.is_finite() { *g } else { 0.0 }).collect(),
+            None => vec![0.0; grid.len],
+        },
         roll_sharp,
         pressure: pressures.map(|p| p.map(|p| average(&sharp(p)))),
         closed,

@@ -74,7 +74,7 @@ pub struct Held {
     pub at: usize,
     /// Split of the forces.
     pub split: Split,
-    /// Forward acceleration, and 75 ms late, m/s².
+    /// Forward acceleration that forces have to give, on a slope with gravity's part, and 75 ms late, m/s².
     pub acceleration: [f64; 2],
     /// Its rate, m/s³.
     pub jerk: f64,

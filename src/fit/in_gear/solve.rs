@@ -141,10 +141,11 @@ fn accelerate(columns: &Columns, scale: &[f64]) -> Vec<f64> {
 fn bare(model: &Model<'_>, theta: &Theta, acceleration: &[f64], jerk: &[f64], i: usize) -> Held {
     let lean = model.columns.roll[i] - theta[LEAN_ZERO];
     let radius = theta[R_F] - theta[RHO_F] * (1.0 - lean.cos());
+    let uphill = crate::GRAVITY * model.columns.grade[i];
     Held {
         at: i,
         split: Split::Free,
-        acceleration: Model::late(acceleration, jerk, i),
+        acceleration: Model::late(acceleration, jerk, i).map(|a| a + uphill),
         jerk: jerk[i],
         speed: model.columns.omega[0][i] * radius,
         sigma: [f64::INFINITY; KINDS],

@@ -1,9 +1,9 @@
 //! What the tyres were used for, sample by sample: the horizontal force on both together over the weight.
 //!
 //! ```text
-//! used = sqrt((a_x + drag v^2 / m + rolling g)^2 + a_y^2) / g
+//! used = sqrt((a_x + grade g + drag v^2 / m + rolling g)^2 + a_y^2) / g
 //! ```
-//! The slope of the road is left out; it adds its own size, a hundredth for one per cent.
+//! Where neither altitude nor climb shows the grade it is left out; it adds its own size, a hundredth for one per cent.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -133,9 +133,12 @@ impl Grip {
         };
         let drag = known.drag / bike.mass;
         let rolling = bike.rolling_resistance * GRAVITY;
+        let grade = session.get(Channel::Grade);
+        let uphill =
+            |i: usize| grade.map_or(0.0, |x| if x[i].is_finite() { GRAVITY * x[i] } else { 0.0 });
         let used: Vec<f64> = (0..session.len)
             .map(|i| {
-                let pull = along[i] + drag * speed[i] * speed[i] + rolling;
+                let pull = along[i] + uphill(i) + drag * speed[i] * speed[i] + rolling;
                 pull.hypot(across[i]) / GRAVITY
             })
             .collect();

@@ -131,6 +131,10 @@ impl Features {
         };
         let mut surplus: Vec<f64> =
             (0..n).map(|i| tyre_force_per_mass(bike, speed[i], acceleration[i])).collect();
+        if let Some(grade) = mean(Channel::Grade) {
+            let uphill = grade.iter().map(|g| if g.is_finite() { GRAVITY * g } else { 0.0 });
+            surplus.iter_mut().zip(uphill).for_each(|(force, uphill)| *force += uphill);
+        }
         let rolling = free_rolling(&speed, &lean, &acceleration, &surplus, rate);
         if let Some(zero) = rolling.as_deref().and_then(|on| median_where(&surplus, |i| on[i])) {
             surplus.iter_mut().for_each(|e| *e -= zero);

@@ -65,6 +65,7 @@ pub(super) fn write(mut board: Board<'_>) -> Foreign {
         Column::new("v_gps", kmh(gps.speed)).noisy(0.1).step(0.01, 2).late(LATE),
         Column::new("lat_gps", gps.latitude).step(1e-7, 7).late(LATE),
         Column::new("lon_gps", gps.longitude).step(1e-7, 7).late(LATE),
+        Column::new("altitude_gps", gps.altitude).step(0.01, 2).late(LATE),
     ];
     let mut text = String::from("t");
     for c in &columns {

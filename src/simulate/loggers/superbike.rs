@@ -44,6 +44,7 @@ pub(super) fn write(mut board: Board<'_>) -> Foreign {
             .step(0.01, 2)
             .late(LATE)
             .on_circle(360.0),
+        Column::new("Altitude (m)", gps.altitude).step(0.1, 1).late(LATE),
         Column::new("Water Temp (C)", board.column(|_| 84.0)).digits(0),
         Column::new("Error Flags", board.column(|_| 0.0)).digits(0),
     ];

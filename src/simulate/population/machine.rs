@@ -117,6 +117,7 @@ impl Machine {
             // sintered pads bite within 2 % from stop to stop
             brake_gain: r.between(0.0, 0.02),
             grade: r.between(0.0, 0.001),
+            bend: 0.0,
             lean: r.between(0.003, 0.01),
         };
         Ok(Machine {
