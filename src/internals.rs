@@ -388,6 +388,9 @@ pub mod motorcycle {
 }
 pub mod pipeline {
     pub use crate::pipeline::outcome::{Input, Outcome, Rejection};
+    pub mod predicted {
+        pub use crate::pipeline::predicted::{Planned, Predicted, predict};
+    }
     pub use crate::pipeline::settings::{BUILTIN, Pipeline};
     pub use crate::pipeline::stages::{Characterised, characterise, prepare};
     pub use crate::pipeline::{run, run_raw};
@@ -621,6 +624,9 @@ pub mod simulate {
         pub use crate::simulate::track::ride;
         pub use crate::simulate::track::scenario::Track;
         pub use crate::simulate::track::truth::{doings, notes};
+    }
+    pub mod swing {
+        pub use crate::simulate::swing::Form;
     }
     pub mod transients {
         pub use crate::simulate::transients::Transients;

@@ -56,6 +56,7 @@ pub fn expected(profile: &str) -> &'static [Expected] {
             of(BrakePressureRear, "Brake R (bar)", "bar", 1.0, 0.0), of(Throttle, "TPS (%)", "%", 1.0, 0.0),
             of(Gear, "Gear", "1", 1.0, 0.0), of(Latitude, "Latitude (deg)", "deg", 1.0, 0.2),
             of(Longitude, "Longitude (deg)", "deg", 1.0, 0.2), of(LapNumber, "Lap", "1", 1.0, 0.0),
+            of(Altitude, "Altitude (m)", "m", 1.0, 0.2),
         ] },
         "factory" => const { &[
             of(VelocityX, "v_gps", "km/h", 1.0, 0.12), of(Roll, "lean_imu", "deg", 1.0, 0.02),
@@ -63,7 +64,7 @@ pub fn expected(profile: &str) -> &'static [Expected] {
             of(WheelSpeedRear, "v_rear", "km/h", 1.0, 0.0), of(BrakePressureFront, "p_brake_fr", "bar", 1.0, 0.0),
             of(BrakePressureRear, "p_brake_rr", "bar", 1.0, 0.0), of(Throttle, "pos_throttle", "%", 1.0, 0.0),
             of(Gear, "gear", "1", 1.0, 0.0), of(Latitude, "lat_gps", "deg", 1.0, 0.12),
-            of(Longitude, "lon_gps", "deg", 1.0, 0.12),
+            of(Longitude, "lon_gps", "deg", 1.0, 0.12), of(Altitude, "altitude_gps", "m", 1.0, 0.12),
         ] },
         "phone" => const { &[
             of(VelocityX, "Speed", "km/h", 1.0, 0.0), of(Latitude, "Latitude", "deg", 1.0, 0.0),
@@ -124,7 +125,11 @@ pub fn score(judged: &Judged, profile: &str) -> Score {
         let at = |i: &usize| judged.listing.channels[*i].full() == x.from;
         judged.verdicts.constant.iter().any(at)
     };
-    let expected: Vec<&Expected> = expected(profile).iter().filter(|x| !constant(x)).collect();
+    // bundled logs have no altitude
+    let listed =
+        |x: &&Expected| judged.listing.channels.iter().any(|channel| channel.full() == x.from);
+    let expected: Vec<&Expected> =
+        expected(profile).iter().filter(|x| listed(x) && !constant(x)).collect();
     let mut score = Score { expected: expected.len(), ..Score::default() };
     let sure = || judged.verdicts.entries.iter().filter(|e| e.doubt.is_none());
     for e in sure() {
@@ -189,7 +194,7 @@ pub fn map_text(profile: &str, circumference: [f64; 2], planted: Option<Planted>
         _ => ("vbo", ""),
     };
     let mut text = format!("name = \"mine\"\nformat = \"{format}\"\n\n{time}");
-    for x in expected(profile) {
+    for x in expected(profile).iter().filter(|x| x.column != Altitude) {
         let c = x.column;
         let other = match planted {
             Some(Planted::Swapped(a, b)) if c == a => b,

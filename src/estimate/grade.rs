@@ -5,13 +5,14 @@
 //! ```text
 //! h' = v g                      height of the road, m
 //! g' = -v g/L + noise           grade: correlated over L = 200 m, spread s_g
-//! e' = -e/T + noise             slow error of a receiver: correlated over T = 100 s, spread s_e
+//! e' = -e/T + noise             slow error of a receiver: correlated over T = 80 s, spread s_e
 //! altitude = h + e + k v^2/(2 G) + noise s_r
 //! climb    = v g + noise
 //! ```
 //!
-//! METHOD: `s_g`, `s_e` and `s_r` are those under which the ride's own altitude is likeliest. A coarse altitude on a level
-//! road so gives a grade of nearly nothing, instead of its own noise divided by the distance. `k` is the share of the
+//! METHOD: `s_g`, `s_e` and `s_r` are those of the most level road under which the ride's own altitude is hardly less likely
+//! than it can be. A coarse altitude on a level road so gives a grade of nearly nothing, instead of its own noise divided
+//! by the distance. `k` is the share of the
 //! dynamic pressure that a barometer under a fairing feels; a hard stop tells it from a hill.
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
@@ -23,7 +24,7 @@ use crate::contract::session::Session;
 /// Distance over which roads keep their grade, m.
 const ROAD: f64 = 200.0;
 /// Time over which a receiver's slow error of altitude lasts, s.
-const SLOW: f64 = 100.0;
+const SLOW: f64 = 80.0;
 /// Standard deviation of a satellite receiver's upward velocity, m/s, of a mean over a second.
 const CLIMB_ERROR: f64 = 0.15;
 /// Share of the dynamic pressure that a barometer may feel, one standard deviation.
@@ -33,9 +34,15 @@ const STEEPEST: f64 = 0.35;
 /// Altitudes of a ride that are needed, s.
 const LEAST: usize = 30;
 /// How much of a ride shows the spreads, s.
-const LONGEST: usize = 1800;
-/// Largest exponents of the grid of spreads.
-const MOST: [i32; 3] = [6, 4, 4];
+const LONGEST: usize = 900;
+/// Spreads of the grade that are tried, rise over run.
+const GRADES: [f64; 7] = [0.0003, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064];
+/// Spreads of the slow error of the altitude that are tried, m.
+const SLOW_ERRORS: [f64; 5] = [0.35, 0.7, 1.4, 2.8, 5.6];
+/// Noises of the altitude that are tried, m.
+const NOISES: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
+/// A road is as level as a likelihood lower by this allows, natural logarithm.
+const MARGIN: f64 = 4.0;
 /// Innovation from which on an altitude weighs less, in standard deviations.
 const FAR: f64 = 3.0;
 
@@ -188,40 +195,28 @@ impl Ride {
         likelihood
     }
 
-    /// The spreads under which the measurements are likeliest: of a grid of factors of four, and of two about the best of
-    /// that. Hills and a receiver's wander are alike in part, so a descent alone ends in the wrong one.
+    /// The spreads under which the measurements are likeliest; of those that are hardly less likely the most level road.
+    /// METHOD: hills and a receiver's wander are alike in part. A descent, or a coarser grid, ends in the wrong one.
     fn likeliest(&self) -> Spread {
-        let of = |at: [i32; 3]| Spread {
-            grade: 0.001 * 2_f64.powi(at[0]),
-            slow: 0.25 * 2_f64.powi(at[1]),
-            noise: 0.05 * 2_f64.powi(at[2]),
-        };
-        let whole = self.first(LONGEST);
-        let likelihood = |at: [i32; 3]| whole.filtered(&of(at), |_, _| ());
-        let grid = (0..MOST[0] + 1).step_by(2).flat_map(|grade| {
-            let rest = (0..MOST[1] + 1).step_by(2);
-            rest.flat_map(move |slow| {
-                (0..MOST[2] + 1).step_by(2).map(move |noise| [grade, slow, noise])
-            })
-        });
-        let (mut best, mut highest) = ([0; 3], f64::NEG_INFINITY);
-        for at in grid {
-            let now = likelihood(at);
-            if now > highest {
-                (best, highest) = (at, now);
-            }
-        }
-        for k in 0..3 {
-            for by in [-1, 1] {
-                let mut moved = best;
-                moved[k] += by;
-                let now = likelihood(moved);
-                if now > highest {
-                    (best, highest) = (moved, now);
+        let beginning = self.first(LONGEST);
+        let of_grade = |grade: f64| {
+            let mut best =
+                (f64::NEG_INFINITY, Spread { grade, slow: SLOW_ERRORS[0], noise: NOISES[0] });
+            for slow in SLOW_ERRORS {
+                for noise in NOISES {
+                    let spread = Spread { grade, slow, noise };
+                    let likelihood = beginning.filtered(&spread, |_, _| ());
+                    if likelihood > best.0 {
+                        best = (likelihood, spread);
+                    }
                 }
             }
-        }
-        of(best)
+            best
+        };
+        let best = GRADES.map(of_grade);
+        let highest = best.iter().map(|b| b.0).fold(f64::NEG_INFINITY, f64::max);
+        // the last one without a likelihood: nothing finite was measured
+        best.iter().find(|b| b.0 >= highest - MARGIN).map_or(best[0].1, |b| b.1)
     }
 
     /// Its beginning, in seconds.

@@ -48,7 +48,7 @@ pub struct Expected {
 }
 
 /// A ride that is planned, on either motorcycle.
-pub(crate) enum Planned<'a> {
+pub enum Planned<'a> {
     /// The first session of a scenario.
     Fleet(&'a Scenario),
     /// The first session of a tour.
@@ -59,10 +59,7 @@ pub(crate) enum Planned<'a> {
 ///
 /// # Errors
 /// The ride cannot be ridden or fitted.
-pub(crate) fn predict(
-    ride: &Planned<'_>,
-    pipeline: &Pipeline,
-) -> Result<Vec<Predicted>, FileError> {
+pub fn predict(ride: &Planned<'_>, pipeline: &Pipeline) -> Result<Vec<Predicted>, FileError> {
     let name = match ride {
         Planned::Fleet(scenario) => &scenario.name,
         Planned::Tour(tour) => &tour.name,
@@ -180,28 +177,6 @@ fn expected(outcome: &Outcome, axle: Axle, coefficient: C) -> Expected {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_slalom_makes_an_ordinary_ride_better_where_the_ratio_is_unknown() {
-        let scenario = Scenario::builtin("naturalistic").expect("built in");
-        let found = predict(&Planned::Fleet(&scenario), &Pipeline::onroad()).expect("predicted");
-        assert_eq!(found.len(), 12);
-        let unknown: Vec<_> = found.iter().filter(|p| !p.ratio_given).collect();
-        assert_eq!(unknown.len(), 6);
-        for p in unknown {
-            let [before, after] =
-                [p.planned, p.with_slalom].map(|e| e.half_width.unwrap_or(f64::INFINITY));
-            assert!(after < before && after < 0.6, "{p:?}");
-            assert_eq!(p.with_slalom.status, Status::Ok, "{p:?}");
-        }
-        let off = Pipeline {
-            transients: crate::fit::transients::Config { enabled: false, ..Default::default() },
-            ..Pipeline::onroad()
-        };
-        let found = predict(&Planned::Fleet(&scenario), &off).expect("predicted");
-        let of_ratio = |p: &&Predicted| p.coefficient == C::SideForceRatio.name();
-        assert!(found.iter().filter(of_ratio).all(|p| p.with_slalom.status == Status::Assumed));
-    }
 
     #[test]
     fn a_bike_file_without_the_ratio_knows_it_by_the_schemas_default() {

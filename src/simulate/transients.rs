@@ -74,75 +74,7 @@ fn pass(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contract::session::Meta;
-    use crate::simulate::effects::ModelError;
-    use crate::simulate::manoeuvre::Manoeuvre;
-    use crate::simulate::multibody_ride;
     use crate::simulate::plan::{Phase, Plan, PlanKind};
-    use crate::simulate::population::Machine;
-    use crate::simulate::population::bike::BikeFile;
-    use crate::simulate::reduced;
-    use crate::simulate::ride::Sample;
-    use crate::simulate::scenario::Scenario;
-    use crate::simulate::tour::Tour;
-
-    /// Slow and fast passes and lane changes: speed (m/s), frequency (Hz; none is a lane change), lean (rad),
-    /// duration (s).
-    const ASKED: [(f64, Option<f64>, f64, f64); 6] = [
-        (16.0, Some(0.2), 0.35, 20.0),
-        (24.0, Some(0.3), 0.35, 15.0),
-        (16.0, Some(0.6), 0.21, 10.0),
-        (24.0, Some(0.8), 0.16, 10.0),
-        (10.0, None, 0.20, 2.0),
-        (24.0, None, 0.30, 4.0),
-    ];
-
-    fn manoeuvre((speed, frequency, lean, duration): (f64, Option<f64>, f64, f64)) -> Manoeuvre {
-        match frequency {
-            Some(_) => Manoeuvre::Slalom { speed, frequency, cones: None, lean, duration },
-            None => Manoeuvre::Swerve { direction: Direction::Right, speed, lean, duration },
-        }
-    }
-
-    /// Frequency (Hz) and amplitude (rad) of the roll of a ride that ends with a swing, over those asked.
-    fn found(roll: &[f64], rate: f64, asked: &Manoeuvre) -> [f64; 2] {
-        let phases = asked.phases(&mut Random::new(1, "no draw"));
-        let Some(Phase::Swing { swing, .. }) = phases.last() else { panic!("no swing") };
-        let length = (swing.length() * rate) as usize;
-        let roll = &roll[roll.len() - length..];
-        let at = |k: usize| k as f64 / rate;
-        if let Form::Slalom { frequency } = swing.form {
-            // without the first and the last period
-            let period = (rate / frequency) as usize;
-            let full = period..length - period;
-            let ups: Vec<f64> = full
-                .clone()
-                .filter(|&k| roll[k - 1] < 0.0 && roll[k] >= 0.0)
-                .map(|k| at(k) - roll[k] / (roll[k] - roll[k - 1]) / rate)
-                .collect();
-            let seen = (ups.len() - 1) as f64 / (ups[ups.len() - 1] - ups[0]);
-            let w = std::f64::consts::TAU * frequency;
-            let part = |f: fn(f64) -> f64| {
-                let sum: f64 = full.clone().map(|k| roll[k] * f(w * at(k))).sum();
-                2.0 * sum / full.len() as f64
-            };
-            [seen / frequency, part(f64::sin).hypot(part(f64::cos)) / swing.lean]
-        } else {
-            let largest = |sign: f64| {
-                let of = |k: &usize| sign * roll[*k];
-                (0..length).max_by(|a, b| of(a).total_cmp(&of(b))).map(|k| (at(k), of(&k)))
-            };
-            let (Some(right), Some(left)) = (largest(1.0), largest(-1.0)) else { panic!("empty") };
-            // the largest leans are a third of the duration apart
-            [swing.duration / 3.0 / (left.0 - right.0), 0.5 * (left.1 + right.1) / swing.lean]
-        }
-    }
-
-    fn near(what: &str, asked: (f64, Option<f64>, f64, f64), [frequency, lean]: [f64; 2]) {
-        println!("{what} {asked:?}: frequency {frequency:.3}, lean {lean:.3} of those asked");
-        assert!((frequency - 1.0).abs() < 0.15, "{what} {asked:?}: frequency {frequency}");
-        assert!((lean - 1.0).abs() < 0.15, "{what} {asked:?}: lean {lean}");
-    }
 
     #[test]
     fn a_plan_has_as_many_as_asked_of_either_plan() {
@@ -160,53 +92,6 @@ mod tests {
                 }
             }
             assert_eq!([slow, fast, changes, to_the_left], [4, 3, 7, 8], "{kind:?}");
-        }
-    }
-
-    #[test]
-    fn the_reduced_motorcycle_leans_as_asked() {
-        let scenario = Scenario::builtin("naturalistic").expect("scenario");
-        for number in 0..2 {
-            let plant = scenario.machine(number).plant;
-            for asked in ASKED {
-                let manoeuvre = manoeuvre(asked);
-                let mut random = Random::new(1, "ride");
-                let mut phases = vec![Phase::Accelerate { to: asked.0, ramp: 2.0, peak: 3.0 }];
-                phases.extend(manoeuvre.phases(&mut random));
-                let (calm, rate) = (scenario.disturbance, scenario.rate);
-                let meta = Meta::default();
-                let ride =
-                    reduced::simulate_phases(&plant, &phases, calm, random, rate, 300.0, meta);
-                let roll: Vec<f64> = ride.states.iter().map(|s| s.roll).collect();
-                near("reduced", asked, found(&roll, rate, &manoeuvre));
-            }
-        }
-    }
-
-    #[test]
-    fn multibody_motorcycles_lean_as_asked() {
-        let scenario = Scenario::builtin("naturalistic").expect("scenario");
-        let mut tours = vec![Tour::load("slalom").expect("built in").expect("nonlinear")];
-        for number in 0..2 {
-            let machine = Machine::draw(1, number, 0).expect("built in");
-            let tour = machine.tour(&scenario, &ModelError::default(), BikeFile::Full);
-            tours.push(tour.expect("stands"));
-        }
-        for tour in &mut tours {
-            for asked in ASKED {
-                let manoeuvre = manoeuvre(asked);
-                tour.start_speed = asked.0;
-                tour.manoeuvres = vec![manoeuvre];
-                let name = &tour.bike.bike_id;
-                let ride = multibody_ride::ridden(tour, 0).expect("rides");
-                assert_eq!(ride.fall, None, "{name} {asked:?}");
-                let roll = |s: &Sample| {
-                    let r = &s.motion.rotation;
-                    r[(2, 1)].atan2(r[(2, 2)])
-                };
-                let roll: Vec<f64> = ride.samples.iter().map(roll).collect();
-                near(name, asked, found(&roll, tour.rate, &manoeuvre));
-            }
         }
     }
 }

@@ -79,6 +79,7 @@ mod slip_angles;
 mod superbike;
 mod supply;
 mod suspicions;
+mod swings;
 mod table_files;
 mod track_ride;
 mod track_sessions;
