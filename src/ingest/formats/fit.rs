@@ -278,7 +278,9 @@ impl File {
             return;
         }
         let records = streams.all.iter_mut().find(|s| s.group == MesgNum::Record.to_string());
-        let (Some(records), true) = (records, self.laps.len() > 1) else { return };
+        // of sessions that ended nobody began a lap
+        let begun = self.laps.iter().any(|l| l.1 != "session_end");
+        let (Some(records), true) = (records, begun && self.laps.len() > 1) else { return };
         let starts: Vec<f64> = self.laps.iter().map(|l| l.0).collect();
         let lap = |time: &f64| starts.partition_point(|start| start <= time).max(1) as f64;
         let values: Vec<f64> = records.time.iter().map(lap).collect();
@@ -397,5 +399,6 @@ mod tests {
         };
         assert_eq!(laps(["manual", "position_lap", "session_end"]), Some(vec![1.0, 2.0]));
         assert_eq!(laps(["manual", "distance", "session_end"]), None);
+        assert_eq!(laps(["session_end"; 3]), None);
     }
 }

@@ -39,7 +39,6 @@ pub const FORMATS: &[LogFormat] = &[
     format::<fit::Fit>(),
     format::<gpx::Gpx>(),
     format::<ubx::Ubx>(),
-    format::<nmea::Nmea>(),
     format::<sensors::Sensors>(),
     format::<text_export::Motec>(),
     format::<text_export::Aim>(),
@@ -48,6 +47,7 @@ pub const FORMATS: &[LogFormat] = &[
     format::<text_export::xsens::Xsens>(),
     format::<vbo::Vbo>(),
     kiro::FORMAT,
+    format::<nmea::Nmea>(),
     csv::FORMAT,
 ];
 

@@ -170,6 +170,18 @@ fn read(log: &Location) -> Result<Streams, Error> {
     Ok(streams)
 }
 
+/// The samples of the sentences between other bytes; `None` where there are none.
+pub(super) fn within(bytes: &[u8]) -> Option<Streams> {
+    let line = |line: &[u8]| {
+        let at = line.iter().rposition(|b| *b == b'$')?;
+        std::str::from_utf8(&line[at..]).ok().map(|l| format!("{l}\n"))
+    };
+    let text: String = bytes.split(|b| *b == b'\n').filter_map(line).collect();
+    let (mut streams, _) = of_text(&text);
+    streams.all[0].add_speed(["lat", "lon"], &["speed"]);
+    (!streams.is_empty()).then_some(streams)
+}
+
 /// Sentences that are not taken, and why.
 #[derive(Debug, Default, PartialEq)]
 struct Faults {
@@ -260,7 +272,7 @@ fn of_text(text: &str) -> (Streams, Faults) {
         }
     }
     let without_date = rows.date.is_none();
-    let mut streams = Streams { all: vec![rows.finished()], ..Streams::default() };
+    let mut streams = Streams { all: vec![rows.stream], ..Streams::default() };
     faults.warn(&mut streams);
     let kinds: Vec<String> = kinds.iter().map(|(kind, n)| format!("{kind} {n}")).collect();
     streams.facts.push(("sentences".to_owned(), kinds.join(", ")));
@@ -395,10 +407,6 @@ impl Rows {
         if let (Some(value), false) = (value, there) {
             self.stream.set(name, unit, value);
         }
-    }
-
-    fn finished(self) -> Stream {
-        self.stream
     }
 }
 

@@ -93,7 +93,7 @@ impl Stream {
     pub(super) fn add_speed(&mut self, [north, east]: [&str; 2], speeds: &[&str]) {
         let is_known =
             |name: &&str| self.get(name).is_some_and(|v| v.iter().any(|x| x.is_finite()));
-        if speeds.iter().any(|name| is_known(&name)) {
+        if speeds.iter().any(is_known) {
             return;
         }
         let (Some(north), Some(east)) = (self.get(north), self.get(east)) else { return };

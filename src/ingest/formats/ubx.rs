@@ -6,7 +6,8 @@
 //! ```
 //!
 //! One NAV-PVT is one sample; by its own message the speed is the receiver's (Doppler), not a difference of positions. Other
-//! messages, and sentences between them, are counted and passed by. Of a receiver without a fix nothing is taken.
+//! messages, and sentences between them, are counted and passed by. Of a receiver without a fix nothing is taken. A log
+//! without NAV-PVT, as u-center writes it of a receiver that was never set up, is read by its NMEA sentences ([`nmea`]).
 //! (u-blox 8 / u-blox M8 receiver description, UBX-13003221, 32.17.15.)
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::{Format, Head};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::nmea;
 use crate::ingest::formats::streams::{Stream, Streams};
 use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::store::objects::{Location, source};
@@ -57,10 +59,12 @@ impl Format for Ubx {
 fn read(log: &Location) -> Result<Streams, Error> {
     let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
     let file = File::of(&bytes);
-    if file.stream.time.is_empty() {
-        return Err(Error::new(RejectionCode::NoSamples, file.nothing(log)));
-    }
-    let mut streams = file.streams();
+    let mut streams = if file.stream.time.is_empty() {
+        let sentences = nmea::within(&bytes);
+        sentences.ok_or_else(|| Error::new(RejectionCode::NoSamples, file.nothing(log)))?
+    } else {
+        file.streams()
+    };
     streams.start_by_stamps();
     Ok(streams)
 }
@@ -267,6 +271,18 @@ mod tests {
             assert!((of(name) - value).abs() < 1e-9, "{name}: {}", of(name));
         }
         assert_eq!(file.others, BTreeMap::from([((1, 0x22), 1)]));
+    }
+
+    #[test]
+    fn a_log_without_nav_pvt_is_read_by_its_sentences() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.ubx");
+        let sentence =
+            b"$GPRMC,184332.07,A,1929.459,S,02410.381,E,74.00,16.78,210410,0.0,E,A*2B\r\n";
+        let other = framed((6, 0x8b), &[0; 12]);
+        std::fs::write(&path, [&other[..], sentence, &other[..]].concat()).expect("written");
+        let streams = read(&path.into()).expect("read");
+        assert_eq!(streams.all[0].get("speed"), Some(&[74.0][..]));
     }
 
     #[test]

@@ -110,7 +110,7 @@ fn files_of_devices_that_break_off_are_read_up_to_there() {
         let mut bytes = std::fs::read(sample(name)).expect("bundled");
         let whole = of(&ingest::read(sample(name), &[]).expect(name), VelocityX).values.len();
         // within a row, whatever the format
-        bytes.truncate(bytes.len() * 7 / 10);
+        bytes.truncate(bytes.len() * 7 / 10 - 7);
         let raw = read_bytes(&bytes, name, &[]).expect(name);
         let share = of(&raw, VelocityX).values.len() as f64 / whole as f64;
         println!("{name}: {:.0} % of the rows, {:?}", 100.0 * share, codes(&raw));
@@ -293,11 +293,11 @@ fn a_phone_on_the_frame_is_drafted_as_an_inertial_unit() {
     let levelled = |raw: Raw| ingest::run(raw, &ingest::Config::default()).expect("a session");
     let (phone, said) = levelled(ingest::read(&path, &[map]).expect("read"));
     assert!(said.iter().any(|w| w.code == "level_frame"), "{said:?}");
-    // as the same lap is from the CSV of the box
+    // as the same lap is from the CSV of the box, whose map knows the lever arm
     let maps = [ChannelMap::read(&root().join("fixtures/loggers/phone.toml")).expect("bundled")];
     let (boxed, _) =
         levelled(ingest::read(root().join("fixtures/loggers/phone.csv"), &maps).expect("read"));
-    for (channel, within) in [(Roll, 0.5_f64.to_radians()), (VelocityX, 0.1), (YawRate, 0.01)] {
+    for (channel, within) in [(Roll, 0.5_f64.to_radians()), (VelocityX, 0.2), (YawRate, 0.01)] {
         let (a, b) = (phone.get(channel).expect("levelled"), boxed.get(channel).expect("levelled"));
         let n = a.len().min(b.len());
         let squares: f64 =

@@ -62,6 +62,11 @@ impl App {
         }
     }
 
+    /// The column of dates beside the clock.
+    pub(super) fn dates(self) -> Option<&'static str> {
+        (self == App::GoPro).then_some("date")
+    }
+
     /// s of a unit of its stamps.
     fn factor(self) -> f64 {
         match self {
@@ -87,7 +92,7 @@ impl App {
             if NO_SAMPLES.contains(&name.as_str()) {
                 continue;
             }
-            if self == App::GoPro && name == "date" {
+            if self.dates() == Some(name.as_str()) {
                 start(streams, &stream.time, &values);
                 continue;
             }

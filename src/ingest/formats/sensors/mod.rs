@@ -17,6 +17,7 @@ use crate::store::objects::{Location, source};
 
 mod apps;
 mod archive;
+mod fixes;
 mod table;
 
 use apps::App;
@@ -113,9 +114,12 @@ fn of_entries(log: &Location, entries: Vec<Entry>) -> Result<Streams, Error> {
             continue;
         }
         let label = Location::Local(format!("{log}: {}", entry.path).into());
-        match table::read(&label, &stem, entry.bytes, of, &mut streams)? {
+        match table::read(&label, &stem, entry.bytes, of.dates(), &mut streams)? {
             Some(text) => {
-                let stream = of.stream(text, &mut streams);
+                let mut stream = of.stream(text, &mut streams);
+                if of != App::GoPro && stream.group.contains("Location") {
+                    fixes::keep_best(&mut stream, &mut streams);
+                }
                 // the same sensor twice: of a second recording in the archive
                 let twice = streams.all.iter().any(|s| s.group == stream.group);
                 if twice {

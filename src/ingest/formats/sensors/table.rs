@@ -2,7 +2,6 @@
 
 use std::io::Cursor;
 
-use super::apps::App;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
 use crate::ingest::formats::csv::{cells, table};
@@ -29,7 +28,8 @@ pub(super) fn names(bytes: &[u8]) -> Vec<String> {
     line.split(between).map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
 }
 
-/// The whole text; `None` of one without rows. Rows without a stamp are left out, with a warning.
+/// The whole text; `None` of one without rows. Rows without a stamp are left out, with a warning. Of the column `dates`
+/// the cells are dates.
 ///
 /// # Errors
 /// It is no table.
@@ -37,7 +37,7 @@ pub(super) fn read(
     label: &Location,
     stem: &str,
     bytes: Vec<u8>,
-    app: App,
+    dates: Option<&str>,
     streams: &mut Streams,
 ) -> Result<Option<Text>, Error> {
     let rows = bytes.split(|b| *b == b'\n').filter(|l| !l.trim_ascii().is_empty());
@@ -48,8 +48,7 @@ pub(super) fn read(
     let mut names = std::mem::take(&mut table.names);
     let width = names.len();
     names.truncate(MOST);
-    // dates are read as such where they are the clock of a reading: those of cameras have their own
-    let dates = names.iter().position(|n| app == App::GoPro && n == "date");
+    let dates = dates.and_then(|dates| names.iter().position(|n| n == dates));
     let places: Vec<cells::Wanted<'_>> =
         names.iter().enumerate().map(|(place, name)| (name.as_str(), place)).collect();
     let writing = cells::Writing {
