@@ -21,6 +21,7 @@ use fitparser::{ErrorKind, FitDataRecord, Value};
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
+use crate::ingest::formats::csv::start_time;
 use crate::ingest::formats::format::{Format, Head, guarded};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::formats::streams::Streams;
@@ -35,6 +36,8 @@ pub(super) struct Fit;
 const MAGIC: &[u8] = b".FIT";
 /// Degrees of a semicircle.
 const SEMICIRCLE: f64 = 180.0 / 2_147_483_648.0;
+/// Stamps below this, s since 1970, count from when the device was switched on (2^28 s from its epoch, 1989-12-31).
+const OF_A_DATE: f64 = 631_065_600.0 + 268_435_456.0;
 /// Messages that are samples.
 const READ: [MesgNum; 2] = [MesgNum::Record, MesgNum::GpsMetadata];
 /// Triggers of laps that the rider or a line began, and that the end of the recording ended.
@@ -80,6 +83,8 @@ struct File {
     kind: Option<String>,
     /// Samples without a time.
     without_time: usize,
+    /// From a clock that counts from when the device was switched on to s since 1970.
+    to_date: Option<f64>,
     /// Messages that make no sense.
     bad: usize,
     /// Parts whose checksum is wrong.
@@ -127,7 +132,7 @@ fn read(log: &Location) -> Result<Streams, Error> {
     for stream in &mut streams.all {
         stream.add_speed(["position_lat", "position_long"], &["enhanced_speed", "speed"]);
     }
-    streams.start_by_stamps();
+    file.start(&mut streams);
     Ok(streams)
 }
 
@@ -211,6 +216,11 @@ impl File {
                 let trigger = text(&record, "lap_trigger").unwrap_or_default();
                 self.laps.extend(start.map(|start| (start, trigger)));
             }
+            MesgNum::TimestampCorrelation => {
+                let [date, own] =
+                    ["timestamp", "system_timestamp"].map(|name| number(&record, name));
+                self.to_date = self.to_date.or_else(|| Some(date? - own?));
+            }
             _ if READ.contains(&kind) => self.sample(&record),
             MesgNum::AccelerometerData | MesgNum::GyroscopeData | MesgNum::BarometerData => {
                 let name = kind.to_string();
@@ -264,6 +274,20 @@ impl File {
             match before {
                 0 => stream.set(name, unit, value),
                 more => stream.set(&format!("{name} #{}", more + 1), unit, value),
+            }
+        }
+    }
+
+    /// When the recording began, if its clock tells a date.
+    fn start(&self, streams: &mut Streams) {
+        let stamps = streams.all.iter().flat_map(|s| s.time.iter().copied());
+        let first = stamps.fold(f64::INFINITY, f64::min);
+        let date = if first < OF_A_DATE { self.to_date.map(|by| first + by) } else { Some(first) };
+        match date {
+            Some(date) => streams.meta.start_time = start_time(date),
+            None => {
+                let told = "unknown: the device's clock was not set";
+                streams.facts.push(("start".to_owned(), told.to_owned()));
             }
         }
     }
@@ -384,6 +408,25 @@ mod tests {
         wrong.extend([1, 2]);
         let (file, end, _) = scanned(wrong);
         assert_eq!((file.bad_sums, end), (1, Ok(())));
+    }
+
+    #[test]
+    fn a_clock_that_was_not_set_gives_no_start() {
+        let start = |to_date: Option<f64>| {
+            let mut early = bytes();
+            for record in [1_000_000_000_u32, 1_000_000_001] {
+                let stamp = record.to_le_bytes();
+                let at = early.windows(4).position(|w| w == stamp).expect("its stamp");
+                early[at..at + 4].copy_from_slice(&(record - 999_999_990).to_le_bytes());
+            }
+            let (mut file, _, _) = scanned(early);
+            file.to_date = to_date;
+            let mut streams = std::mem::take(&mut file.streams);
+            file.start(&mut streams);
+            streams.meta.start_time
+        };
+        assert_eq!(start(None), None);
+        assert_eq!(start(Some(1_000_000_000.0)).as_deref(), Some("2021-09-08T01:46:50Z"));
     }
 
     #[test]

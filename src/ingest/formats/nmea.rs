@@ -166,7 +166,6 @@ fn read(log: &Location) -> Result<Streams, Error> {
         return Err(Error::new(RejectionCode::NoSamples, faults.nothing(log)));
     }
     streams.all[0].add_speed(["lat", "lon"], &["speed"]);
-    streams.start_by_stamps();
     Ok(streams)
 }
 
@@ -276,7 +275,9 @@ fn of_text(text: &str) -> (Streams, Faults) {
     faults.warn(&mut streams);
     let kinds: Vec<String> = kinds.iter().map(|(kind, n)| format!("{kind} {n}")).collect();
     streams.facts.push(("sentences".to_owned(), kinds.join(", ")));
-    if without_date && !streams.all[0].time.is_empty() {
+    if !without_date {
+        streams.start_by_stamps();
+    } else if !streams.all[0].time.is_empty() {
         let told = "none in the log (RMC and ZDA have it): the times are those of a day";
         streams.facts.push(("date".to_owned(), told.to_owned()));
     }
@@ -462,6 +463,7 @@ mod tests {
             let since: Vec<f64> = time.iter().map(|t| t - zero).collect();
             assert_eq!(since, [-1.5, -1.0, 0.0, 0.5], "{first}");
             assert_eq!(streams.facts.iter().any(|f| f.0 == "date"), first.is_empty());
+            assert_eq!(streams.meta.start_time.is_none(), first.is_empty(), "no day, no start");
         }
         // another day's ride behind it
         let (streams, _) = of_text(&(rmc("120000.00", "010526") + &rmc("120001.00", "030526")));

@@ -59,13 +59,14 @@ impl Format for Ubx {
 fn read(log: &Location) -> Result<Streams, Error> {
     let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
     let file = File::of(&bytes);
-    let mut streams = if file.stream.time.is_empty() {
+    let streams = if file.stream.time.is_empty() {
         let sentences = nmea::within(&bytes);
         sentences.ok_or_else(|| Error::new(RejectionCode::NoSamples, file.nothing(log)))?
     } else {
-        file.streams()
+        let mut streams = file.streams();
+        streams.start_by_stamps();
+        streams
     };
-    streams.start_by_stamps();
     Ok(streams)
 }
 
