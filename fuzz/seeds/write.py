@@ -3,7 +3,9 @@
 A fuzzer gets nowhere with a file of 40 kB whose samples it changes: these are a few records each, and
 where a checksum would keep it out there is one without."""
 
+import io
 import struct
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -301,7 +303,20 @@ def racing_text():
         put("racing_text", name, bytes([who]) + b"".join(rest))
 
 
+def devices():
+    """The first byte says which: `devices.rs`."""
+    for which, name, most in ((0, "circle.fit", 700), (1, "circle.nmea", 1800), (2, "circle.ubx", 1800)):
+        put("devices", name, bytes([which]) + (SAMPLES / name).read_bytes()[:most])
+    text = io.BytesIO()
+    with zipfile.ZipFile(text, "w", zipfile.ZIP_DEFLATED) as archive:
+        rows = "".join(f"{1782900000 + i}000000000,{i},{20 + i},{8 + 1e-4 * i},{47 + 1e-4 * i}\n" for i in range(ROWS))
+        where = zipfile.ZipInfo("Location.csv", (2026, 7, 1, 10, 2, 0))
+        archive.writestr(where, "time,seconds_elapsed,speed,longitude,latitude\n" + rows, zipfile.ZIP_DEFLATED)
+    put("devices", "phone.zip", b"\3" + text.getvalue())
+
+
 def main():
+    devices()
     put("mdf", "plain.mf4", mdf4("ride_logger.mf4", False))
     put("mdf", "packed.mf4", mdf4("ride_logger.mf4", True))
     put("mdf", "unfinalised.mf4", unfinalised())

@@ -26,7 +26,7 @@ const EACH: usize = 80;
 pub const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
 const OF_RACING: usize = 20;
 /// The same of those that other software wrote: samples of fixtures/formats.
-pub const FOREIGN: [(&str, &str); 9] = [
+pub const FOREIGN: [(&str, &str); 13] = [
     ("mf4", "ride_logger.mf4"),
     ("mdf", "ride.mdf"),
     ("mcap", "ride_json.mcap"),
@@ -36,6 +36,10 @@ pub const FOREIGN: [(&str, &str); 9] = [
     ("asc.gz", "ride.asc.gz"),
     ("gpx", "circle_garmin.gpx"),
     ("csv", "racing/racebox.csv"),
+    ("fit", "circle.fit"),
+    ("nmea", "circle.nmea"),
+    ("ubx", "circle.ubx"),
+    ("zip", "sensors/sensor_logger.zip"),
 ];
 const EACH_FOREIGN: usize = 40;
 /// Longest that a file may take, s; they are of 20 s of riding.

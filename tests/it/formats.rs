@@ -1,5 +1,7 @@
 //! Logs that other software wrote, against the session that it was given (`fixtures/formats`).
 
+mod devices;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -7,6 +7,7 @@ mod can;
 mod csv;
 mod ctrk;
 pub(crate) mod detect;
+mod fit;
 pub(crate) mod format;
 mod gpx;
 mod kiro;
@@ -14,11 +15,15 @@ pub(crate) mod listing;
 mod mcap;
 mod mdf;
 mod motec;
+mod nmea;
 pub(crate) mod parquet;
+mod sensors;
 mod sst;
+mod streams;
 pub(crate) mod survey;
 pub(crate) mod table;
 mod text_export;
+mod ubx;
 pub(crate) mod unread;
 mod vbo;
 
@@ -31,7 +36,10 @@ pub const FORMATS: &[LogFormat] = &[
     format::<motec::Ld>(),
     format::<ctrk::Ctrk>(),
     format::<sst::Sst>(),
+    format::<fit::Fit>(),
     format::<gpx::Gpx>(),
+    format::<ubx::Ubx>(),
+    format::<sensors::Sensors>(),
     format::<text_export::Motec>(),
     format::<text_export::Aim>(),
     format::<text_export::RaceChrono>(),
@@ -39,6 +47,7 @@ pub const FORMATS: &[LogFormat] = &[
     format::<text_export::xsens::Xsens>(),
     format::<vbo::Vbo>(),
     kiro::FORMAT,
+    format::<nmea::Nmea>(),
     csv::FORMAT,
 ];
 

@@ -132,16 +132,47 @@ fn tcx() -> String {
     text + "</Track></Lap></Activity></Activities></TrainingCenterDatabase>\n"
 }
 
+/// RMC alone, twice a second.
+fn nmea() -> String {
+    let minutes = |degrees: f64, width: usize| {
+        let whole = degrees.trunc();
+        format!("{:0width$}{:010.7}", whole, 60.0 * (degrees - whole))
+    };
+    let mut text = String::new();
+    for r in usual() {
+        let body = format!(
+            "GPRMC,1000{:05.2},A,{},N,{},E,{:.3},{:.2},251026,,,A",
+            r.t,
+            minutes(r.lat, 2),
+            minutes(r.lon, 3),
+            r.v * 3600.0 / 1852.0,
+            r.course
+        );
+        let sum = body.bytes().fold(0, |sum, b| sum ^ b);
+        let _ = write!(text, "${body}*{sum:02X}\r\n");
+    }
+    text
+}
+
 #[test]
 fn other_formats_are_read_or_say_which_export_is() {
     let of = |what, file, bytes: &[u8], words| Case { file, ..case(what, bytes, Refused(words)) };
     hold(vec![
         Case { file: "ride.tcx", ..case("TCX", tcx(), Right) },
+        Case { file: "ride.txt", ..case("NMEA", nmea(), Right) },
+        Case {
+            file: "ride.nmea",
+            ..case(
+                "NMEA, a bad sum",
+                nmea().replacen("100010.00,A,", "100010.00,A,1", 1),
+                Warned("bad_line"),
+            )
+        },
         of(
-            "NMEA",
+            "NMEA, every sum wrong",
             "ride.txt",
             b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n",
-            "gpsbabel",
+            "checksum",
         ),
         of(
             "KML",
@@ -149,7 +180,9 @@ fn other_formats_are_read_or_say_which_export_is() {
             b"<?xml version=\"1.0\"?>\n<kml xmlns=\"x\"><Document/></kml>\n",
             "GPX",
         ),
-        of("FIT", "ride.fit", b"\x0e\x10\x5d\x08\x10\0\0\0.FIT\0\0", "GPX or TCX"),
+        of("FIT, cut off", "ride.fit", b"\x0e\x10\x5d\x08\x10\0\0\0.FIT\0\0", "as FIT"),
+        of("no FIT", "ride.fit", b"SIMPLE  =                    T", "GPX or TCX"),
+        of("RaceChrono", "ride.rcz", b"PK\x03\x04\x14\0\x06\0", "CSV v3 or VBO"),
         of("a workbook", "ride.xlsx", b"PK\x03\x04\x14\0\x06\0xl/workbook.xml", "CSV"),
         of("JSON", "ride.json", b"{\"samples\": [1, 2]}\n", "CSV"),
         of("a page", "ride.csv", b"<!DOCTYPE html><html><body>Sign in</body></html>\n", "HTML"),

@@ -209,12 +209,23 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
         RejectionCode::NoChannelMap,
         format!(
             "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
-             map for it, `roadbench schema channel_map` lists every key",
+             map for it, `roadbench schema channel_map` lists every key{}",
             log,
             tried.join(", "),
-            seen.names.join(", ").chars().take(300).collect::<String>()
+            seen.names.join(", ").chars().take(300).collect::<String>(),
+            of_a_phone(&seen.names)
         ),
     ))
+}
+
+/// What to do with a text of one sensor of a phone.
+fn of_a_phone(names: &[String]) -> &'static str {
+    match names {
+        [time, elapsed, ..] if time == "time" && elapsed == "seconds_elapsed" => {
+            "; it is one sensor of a recording of Sensor Logger: the ZIP that the app exports is one log with all of them"
+        }
+        _ => "",
+    }
 }
 
 /// The names and the units of a file's columns.

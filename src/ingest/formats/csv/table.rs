@@ -54,8 +54,21 @@ pub(crate) struct Table {
 /// # Errors
 /// The file cannot be read, or has no such row.
 pub(crate) fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error> {
+    let file = source::open(log).map_err(|e| Error::unreadable(log, &e))?;
+    read(log, file, begin, notes)
+}
+
+/// As [`open`], of a text wherever it is; `log` is for messages.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn read(
+    log: &Location,
+    file: impl Read + 'static,
+    begin: &[&str],
+    notes: usize,
+) -> Result<Table, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
-    let file = source::open(log).map_err(fail)?;
     let mut text = BufReader::new(Text::new(file).map_err(fail)?);
     let mut lines: Vec<String> = Vec::new();
     let mut first = Vec::new();
