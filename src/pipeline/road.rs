@@ -93,7 +93,8 @@ pub(super) fn run(
     name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, shod, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
-    let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
+    let (laps, of_markers) = laps::run(&ride, &known, &ident, &pipeline.laps);
+    noticed.extend(of_markers);
     // after the others, which keep their numbers: they overlap them
     let listed: Vec<Segment> = segments.iter().cloned().chain(leant).collect();
     let manoeuvres = manoeuvres(&ride, &listed, radius, &ident);
