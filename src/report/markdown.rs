@@ -58,6 +58,9 @@ fn session(out: &mut String, page: &Page) {
         if !laps.markers.is_empty() {
             let _ = writeln!(out, "{}", laps.markers);
         }
+        if let Some(trends) = &laps.trends {
+            let _ = writeln!(out, "{}", trends.verdict);
+        }
     }
     for tyre in &page.tyres {
         let _ = writeln!(out, "\n### {}\n", text(&tyre.title));

@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use crate::report::charts::pack;
+use crate::report::session::lap_trends::{self, Trends};
 use crate::statistics::number_format::{count, fixed, round, typeset};
-use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
+use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow, LapTrendRow};
 
 const KMH: f64 = 3.6;
 const G: f64 = crate::GRAVITY;
@@ -27,6 +28,8 @@ pub(crate) struct Laps {
     pub line: String,
     /// The logger's markers against position; empty where the times are by position.
     pub markers: String,
+    /// What the tyres did over the laps; none where there are too few.
+    pub trends: Option<Trends>,
     /// Every lap.
     pub rows: Vec<Line>,
     /// Every corner.
@@ -141,7 +144,11 @@ fn signed(seconds: f64) -> String {
 }
 
 /// The page's part; `None` where there are no laps.
-pub(crate) fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
+pub(crate) fn page(
+    laps: &[LapRow],
+    corners: &[LapCornerRow],
+    trends: &[LapTrendRow],
+) -> Option<Laps> {
     let best = laps.iter().find(|l| l.best)?;
     let available = best.friction_available;
     let rows = laps.iter().map(|l| line(l, best)).collect();
@@ -163,6 +170,7 @@ pub(crate) fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
                 .to_owned(),
         },
         markers: agreement(laps),
+        trends: lap_trends::page(trends),
         rows,
         corners: lines,
         ideal: ideal(best, corners),
@@ -428,7 +436,7 @@ mod tests {
         assert!(said.contains("of 2 laps differ by 0.035 s (rms)"), "{said}");
         assert!(said.contains("0.040 s (lap 2)"), "{said}");
         assert!(terminal(&laps).contains("3 timed laps, by the logger's markers, best 1:40.00"));
-        let shown = page(&laps, &[]).expect("laps");
+        let shown = page(&laps, &[], &[]).expect("laps");
         assert_eq!((shown.markers, shown.rows[0].by_position.as_str()), (said, "+0.030"));
         assert!(agreement(&of(&[None])).contains("no crossing by position"));
         assert_eq!(agreement(&[lap(1, "timed", 100.0, true)]), "");
@@ -447,7 +455,7 @@ mod tests {
             turn(2, 1, 0.0, 1.2),
             turn(2, 2, 0.0, 0.9),
         ];
-        let page = page(&laps, &corners).expect("laps");
+        let page = page(&laps, &corners, &[]).expect("laps");
         assert_eq!(page.verdict, "2 timed laps, best 1:40.00 ± 0.10 s (lap 2).");
         assert!(page.grip.contains("turn 1: 1.20 g, 96 %"), "{}", page.grip);
         assert!(page.grip.contains("left in turn 2: 0.90 g, 72 %"), "{}", page.grip);
@@ -456,6 +464,6 @@ mod tests {
         assert_eq!((page.rows[0].behind.as_str(), page.rows[2].behind.as_str()), ("", ""));
         assert_eq!(page.corners[0].faster, "lap 1 by 0.30 s");
         assert!(page.basis.contains("at least"));
-        assert!(super::page(&[], &[]).is_none());
+        assert!(super::page(&[], &[], &[]).is_none());
     }
 }

@@ -9,13 +9,20 @@ use super::ground::{Ground, MOVING};
 use super::trace::{Stations, Trace};
 use crate::contract::session::Session;
 use crate::statistics::order::quantile;
-use crate::store::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
+use crate::store::tables::rows::{
+    Ident, LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
+};
 
 /// The rows of a track session's laps.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Laps {
     /// Of the table `laps`.
     pub laps: Vec<LapRow>,
+    /// Of the table `lap_trends`: what the tyres did over the laps; from the fit of the ride.
+    pub trends: Vec<LapTrendRow>,
+    /// Of the table `lap_coefficients`.
+    #[serde(skip)]
+    pub coefficients: Vec<LapCoefficientRow>,
     /// Of the table `lap_corners`.
     pub corners: Vec<LapCornerRow>,
     /// Of the table `lap_points`; not handed on by workers.
