@@ -278,6 +278,9 @@ pub mod fit {
         pub mod columns {
             pub use crate::fit::in_gear::columns::columns;
         }
+        pub mod lap_rows {
+            pub use crate::fit::in_gear::lap_rows::rows;
+        }
         pub mod model {
             pub use crate::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
         }

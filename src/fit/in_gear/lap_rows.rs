@@ -7,7 +7,7 @@ use crate::store::tables::rows::{Ident, LapCoefficientRow, LapTrendRow};
 const AT_ONCE: f64 = 0.95;
 
 /// Rows of both tables.
-pub(crate) fn rows(found: &[ByLap], ident: &Ident) -> (Vec<LapCoefficientRow>, Vec<LapTrendRow>) {
+pub fn rows(found: &[ByLap], ident: &Ident) -> (Vec<LapCoefficientRow>, Vec<LapTrendRow>) {
     let of_laps = found.iter().flat_map(|one| {
         one.laps.iter().map(|lap| LapCoefficientRow {
             ident: ident.clone(),
@@ -26,7 +26,7 @@ pub(crate) fn rows(found: &[ByLap], ident: &Ident) -> (Vec<LapCoefficientRow>, V
     let trend = |one: &ByLap| {
         let numbers = || one.laps.iter().map(|l| l.lap);
         let over = (numbers().max().unwrap_or(0) - numbers().min().unwrap_or(0)) as f64;
-        let half = one.half(0.95);
+        let half = one.half_95();
         let verdict = match one.per_lap.abs() > one.half(each) {
             true if one.per_lap < 0.0 => "falls",
             true => "rises",
@@ -40,7 +40,7 @@ pub(crate) fn rows(found: &[ByLap], ident: &Ident) -> (Vec<LapCoefficientRow>, V
             value: one.value,
             n_laps: one.laps.len() as i64,
             change_per_lap: one.per_lap,
-            std_error: one.std_error,
+            std_error: one.error(),
             ci95_low: one.per_lap - half,
             ci95_high: one.per_lap + half,
             change: over * one.per_lap,

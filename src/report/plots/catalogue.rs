@@ -23,12 +23,8 @@ pub const FITS: [Plot; 12] = [
 pub(crate) const RIDE: [Plot; 2] = [ride::G_G, ride::ROLL_OVER_LATERAL];
 
 /// Tyres over the laps of a track session; a ride without laps lacks nothing.
-pub(crate) const LAPS: [Plot; 4] = [
-    laps::STIFFNESS[0],
-    laps::STIFFNESS[1],
-    laps::RADIUS[0],
-    laps::RADIUS[1],
-];
+pub(crate) const LAPS: [Plot; 4] =
+    [laps::STIFFNESS[0], laps::STIFFNESS[1], laps::RADIUS[0], laps::RADIUS[1]];
 
 /// The situations of an off-road session.
 pub(crate) const OFFROAD: &[Plot] = offroad::SITUATIONS.as_flattened();

@@ -11,7 +11,7 @@ const EACH: Series = Series::new("laps", "lap by lap, 95 %");
 /// The line through them.
 const TREND: Series = Series::new("trend", "trend, 95 %");
 const CAPTION: &str = "Each lap against the mean of all, from one fit of the ride; errors that laps share are not in the \
-     bands. Below the peak a tyre's stiffness and peak friction cannot be told apart: it is the force at a slip.";
+     bands. Below the peak a tyre's stiffness and peak friction are not separated: it is the force at a slip.";
 const RADIUS_CAPTION: &str = "Each lap against the mean of all, from one fit of the ride; errors that laps share are not \
      in the bands. A tyre that warms up grows.";
 
@@ -19,12 +19,8 @@ const fn over_laps(plot: Plot) -> Plot {
     Plot { section: Section::Ride, series: &[EACH, TREND], ..plot }
 }
 
-const STIFFNESSES: [Plot; 2] = front_and_rear!(
-    "lap_slip_stiffness",
-    "Slip stiffness over the laps",
-    [LAP, CHANGE],
-    CAPTION
-);
+const STIFFNESSES: [Plot; 2] =
+    front_and_rear!("lap_slip_stiffness", "Slip stiffness over the laps", [LAP, CHANGE], CAPTION);
 const RADII: [Plot; 2] = front_and_rear!(
     "lap_effective_rolling_radius",
     "Rolling radius over the laps",

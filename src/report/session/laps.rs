@@ -30,6 +30,8 @@ pub(crate) struct Laps {
     pub markers: String,
     /// What the tyres did over the laps; none where there are too few.
     pub trends: Option<Trends>,
+    /// Whether there are places to draw.
+    pub mapped: bool,
     /// Every lap.
     pub rows: Vec<Line>,
     /// Every corner.
@@ -171,6 +173,7 @@ pub(crate) fn page(
         },
         markers: agreement(laps),
         trends: lap_trends::page(trends),
+        mapped: best.line_latitude.is_some(),
         rows,
         corners: lines,
         ideal: ideal(best, corners),
@@ -346,6 +349,10 @@ pub(crate) fn figure(
     let best = laps.iter().find(|l| l.best)?;
     let of = |lap: i64| points.iter().filter(move |p| p.lap == lap);
     let count = of(best.lap).count();
+    // laps by markers alone have no places
+    if count < 2 {
+        return None;
+    }
     let step = count.div_ceil(STATIONS).max(1);
     // the last station is the line again
     let kept = move |i: usize| i.is_multiple_of(step) || i + 1 == count;
