@@ -106,7 +106,7 @@ pub mod contract {
         pub use crate::contract::schema::{Column, Key, KeyTable, Table};
     }
     pub mod session {
-        pub use crate::contract::session::{Meta, Session};
+        pub use crate::contract::session::{Markers, Meta, Session};
     }
     pub mod status {
         pub use crate::contract::status::Status;
@@ -272,8 +272,14 @@ pub mod fit {
     pub mod in_gear {
         pub use crate::fit::in_gear::config::Config;
         pub use crate::fit::in_gear::{InGear, run};
+        pub mod by_lap {
+            pub use crate::fit::in_gear::by_lap::{ByLap, OfLap, run};
+        }
         pub mod columns {
             pub use crate::fit::in_gear::columns::columns;
+        }
+        pub mod lap_rows {
+            pub use crate::fit::in_gear::lap_rows::rows;
         }
         pub mod model {
             pub use crate::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
@@ -472,7 +478,7 @@ pub mod segment {
     pub use crate::segment::segments::Segment;
     pub mod laps {
         pub use crate::segment::laps::config::Config;
-        pub use crate::segment::laps::detect;
+        pub use crate::segment::laps::{detect, look};
         pub mod find {
             pub use crate::segment::laps::find::{Found, Kind};
         }
@@ -689,7 +695,9 @@ pub mod store {
         pub mod rows {
             pub use crate::contract::status::Status;
             pub use crate::store::tables::ident::Ident;
-            pub use crate::store::tables::lap_rows::{LapCornerRow, LapPointRow, LapRow};
+            pub use crate::store::tables::lap_rows::{
+                LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
+            };
             pub use crate::store::tables::rows::{
                 CauseRow, ChangeRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow,
                 EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,

@@ -72,7 +72,7 @@ def test_the_truth_reads_alike():
     assert ARCHIVE.is_dir()
 
 
-@pytest.mark.parametrize("table", ["laps", "lap_corners", "lap_points", "forces", "rejected", "fleet_events"])
+@pytest.mark.parametrize("table", ["laps", "lap_corners", "lap_points", "lap_coefficients", "lap_trends", "forces", "rejected", "fleet_events"])
 def test_a_table_without_rows_can_be_queried(out, table):
     pl, pd, duckdb = (pytest.importorskip(name) for name in ("polars", "pandas", "duckdb"))
     assert pl.read_parquet(f"{out}/{table}/**/*.parquet").height == 0

@@ -148,6 +148,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
             Some(only) => {
                 print(&terminal::summary(&only.session, &only.coefficients));
                 print(&report::session::laps::terminal(&only.laps.laps));
+                print(&report::session::lap_trends::terminal(&only.laps.trends));
                 print(&terminal::costs(&only.costs));
                 print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
             }

@@ -23,6 +23,17 @@ pub struct Meta {
     pub rider_id: Option<String>,
 }
 
+/// What a logger says itself of the laps.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Markers {
+    /// When it passed its start line, s, in the order of the log, as recorded: they may lie outside of the ride, be
+    /// doubled or belong to another line. In a log as read they are on the clock of its stamps, in a session they count
+    /// from its start. A logger writes them to a millisecond or to its sample; what they are worth is not in the log.
+    pub times: Vec<f64>,
+    /// Its start line from one end to the other, latitude and longitude, degrees.
+    pub line: Option<[[f64; 2]; 2]>,
+}
+
 /// Channels on one uniform clock. A missing sample is NaN; an absent channel is `None`.
 #[derive(Debug, Clone)]
 pub struct Session {
@@ -35,6 +46,8 @@ pub struct Session {
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation. Zero where
     /// the log measures turns.
     pub wheel_scale_sd: [f64; 2],
+    /// What the logger says of the laps, s since the start.
+    pub markers: Markers,
     /// Channels that other channels contradict and that stay all the same, with what was seen: no coefficient that
     /// depends on one of them is determined.
     pub contradicted: Vec<(Channel, String)>,
@@ -49,6 +62,7 @@ impl Session {
             rate,
             len,
             wheel_scale_sd: [0.0; 2],
+            markers: Markers::default(),
             contradicted: Vec::new(),
             columns: vec![None; Channel::COUNT],
         }

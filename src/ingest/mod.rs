@@ -139,13 +139,16 @@ pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<C
 /// # Errors
 /// Nothing usable is left: `no_time`, `too_short`.
 pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> {
-    let Raw { meta, tracks, mut warnings, euler_yaw, imu, wheel_scale_sd, .. } = raw;
+    let Raw { meta, tracks, mut warnings, euler_yaw, imu, wheel_scale_sd, mut markers, .. } = raw;
     let mut tracks = clock::repair(tracks, &mut warnings)?;
     // before faults are looked for: a course jumps by a whole turn
     let receiver = inertial::take_receiver(&mut tracks);
     clean::clean(&mut tracks, config, &mut warnings);
+    let (start, _) = tracks.span();
+    markers.times.iter_mut().for_each(|t| *t -= start);
     let mut session = resample::onto_one_clock(meta, tracks, config, &mut warnings)?;
     session.wheel_scale_sd = wheel_scale_sd;
+    session.markers = markers;
     let levelled = inertial::level(&mut session, receiver, imu, &mut warnings);
     if euler_yaw && !levelled {
         yaw::to_trace(&mut session, &mut warnings);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::channel::Channel;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 use crate::contract::warning::Warning;
 
 /// One channel as recorded, on its own clock.
@@ -47,6 +47,8 @@ pub struct Raw {
     pub imu: Imu,
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
     pub wheel_scale_sd: [f64; 2],
+    /// What the logger says of the laps, s on the clock of the tracks' stamps.
+    pub markers: Markers,
 }
 
 /// What a channel map says of an inertial unit that is fixed to the frame any way round, and of the satellite

@@ -2,7 +2,7 @@
 
 use crate::contract::channel::Channel;
 use crate::contract::schema;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 
 /// Takes an entry of a log's own metadata whose key is one of `session.v1`; `false` if it is none.
 pub(super) fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
@@ -28,6 +28,35 @@ pub(super) fn wheel_scale_sd(get: impl Fn(&str) -> Option<String>) -> [f64; 2] {
     let text = get(WHEEL_SCALE_SD).unwrap_or_default();
     let mut shares = text.split(' ').map(|x| x.parse().ok().filter(|x| (0.0..0.5).contains(x)));
     [(); 2].map(|()| shares.next().flatten().unwrap_or(0.0))
+}
+
+/// Keys of the metadata: when the logger passed its start line, s in the column `time`; and that line, latitude and
+/// longitude of its two ends, degrees.
+pub(super) const LAP_MARKERS: &str = "lap_markers";
+pub(super) const START_LINE: &str = "start_line";
+
+/// What a table's metadata say of the laps; a text that is no number is left out.
+pub(super) fn markers(get: impl Fn(&str) -> Option<String>) -> Markers {
+    let numbers = |key: &str| -> Vec<f64> {
+        let text = get(key).unwrap_or_default();
+        let number = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
+        text.split_whitespace().filter_map(number).collect()
+    };
+    let line = match numbers(START_LINE)[..] {
+        [a, b, c, d] => Some([[a, b], [c, d]]),
+        _ => None,
+    };
+    Markers { times: numbers(LAP_MARKERS), line }
+}
+
+/// These metadata of a session's markers.
+pub(super) fn marker_pairs(markers: &Markers) -> [(&'static str, Option<String>); 2] {
+    let text = |numbers: &[f64]| {
+        let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+        (!words.is_empty()).then(|| words.join(" "))
+    };
+    let line: Vec<f64> = markers.line.iter().flatten().flatten().copied().collect();
+    [(LAP_MARKERS, text(&markers.times)), (START_LINE, text(&line))]
 }
 
 /// Unit of a channel in `session.v1`; `1` for a channel without dimension.

@@ -15,7 +15,7 @@ use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
 use crate::contract::session::Session;
-use crate::ingest::session_schema::WHEEL_SCALE_SD;
+use crate::ingest::session_schema::{WHEEL_SCALE_SD, marker_pairs};
 use crate::store::objects::Location;
 use crate::store::tables::file;
 use crate::store::tables::mismatch::Mismatch;
@@ -144,12 +144,14 @@ fn pairs(session: &Session) -> Vec<KeyValue> {
         ("rider_id", &meta.rider_id),
         (WHEEL_SCALE_SD, &scale),
     ];
+    let of_laps = marker_pairs(&session.markers);
     let pair = |key: &str, value: &str| KeyValue::new(key.to_owned(), value.to_owned());
     required
         .into_iter()
         .filter(|(_, v)| !v.is_empty())
         .map(|(k, v)| pair(k, v))
         .chain(optional.into_iter().filter_map(|(k, v)| v.as_deref().map(|v| pair(k, v))))
+        .chain(of_laps.iter().filter_map(|(k, v)| v.as_deref().map(|v| pair(k, v))))
         .collect()
 }
 
@@ -158,7 +160,7 @@ mod tests {
     use super::*;
     use crate::contract::channel::Channel;
     use crate::contract::session::Meta;
-    use crate::ingest::session_schema::wheel_scale_sd;
+    use crate::ingest::session_schema::{markers, wheel_scale_sd};
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
 
     /// Ten minutes of fourteen channels with 12 bits of sensor noise each.
@@ -177,6 +179,8 @@ mod tests {
             session.set(channel, (0..n).map(|i| (wave(i) + value()) / 1024.0).collect());
         }
         session.wheel_scale_sd = [0.02, 0.0];
+        session.markers.times = vec![12.345, 99.5];
+        session.markers.line = Some([[48.1, -0.2], [48.2, 1e-7]]);
         let bytes = encode(&session, true).expect("encoded");
         // 4 random bits a sample cannot be compressed: 0.42 MB of the 3.36 MB raw
         assert!(bytes.len() < 1_100_000, "{}", bytes.len());
@@ -188,6 +192,9 @@ mod tests {
         assert_eq!(of("session_id").as_deref(), Some("s"));
         // a converted log still says how well its wheels' radii are known
         assert_eq!(wheel_scale_sd(of), [0.02, 0.0]);
+        assert_eq!(markers(of), session.markers);
+        let damaged = markers(|_| Some("1 x nan 2".into()));
+        assert_eq!((damaged.times, damaged.line), (vec![1.0, 2.0], None));
         assert_eq!(wheel_scale_sd(|_| Some("nan -1".into())), [0.0, 0.0]);
     }
 }

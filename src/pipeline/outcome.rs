@@ -72,6 +72,10 @@ impl Outcome {
             tables.push(table(&self.laps.corners)?);
             tables.push(table(&self.laps.points)?);
         }
+        if !self.laps.trends.is_empty() {
+            tables.push(table(&self.laps.coefficients)?);
+            tables.push(table(&self.laps.trends)?);
+        }
         if let Some(signals) = &self.signals {
             tables.push((&registry::SIGNALS, signals.clone()));
         }

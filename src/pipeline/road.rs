@@ -16,6 +16,8 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate;
+use crate::fit::in_gear::InGear;
+use crate::fit::in_gear::by_lap::{self, ByLap};
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
     Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
@@ -23,9 +25,10 @@ use crate::fit::{
 };
 use crate::report::plots;
 use crate::segment::laps::Known;
+use crate::segment::laps::find::Kind;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::segment::{Segment, laps};
-use crate::store::tables::rows::Ident;
+use crate::store::tables::rows::{Ident, LapRow};
 use crate::tyre::formulation::Formulation;
 
 /// From a prepared session to its tables.
@@ -81,9 +84,9 @@ pub(super) fn run(
     if ridden_in_gear && whole.is_none() {
         in_gear::rows::doubt(&mut coefficients);
     }
-    if let Some(fit) = whole {
+    if let Some(fit) = &whole {
         let widest = pipeline.fit.max_relative_interval;
-        in_gear::rows::fill(&mut coefficients, &fit, widest, &ident, &provenance);
+        in_gear::rows::fill(&mut coefficients, fit, widest, &ident, &provenance);
         radius = fit.radii();
         [roll_zero, latency, drag] = [LEAN_ZERO, LATENCY, DRAG].map(|k| fit.fitted.theta[k]);
     }
@@ -93,7 +96,11 @@ pub(super) fn run(
     name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, shod, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
-    let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
+    let (mut laps, of_markers) = laps::run(&ride, &known, &ident, &pipeline.laps);
+    noticed.extend(of_markers);
+    if let Some(found) = over_laps(&ride, bike, pipeline, whole, &laps.laps) {
+        (laps.coefficients, laps.trends) = in_gear::lap_rows::rows(&found, &ident);
+    }
     // after the others, which keep their numbers: they overlap them
     let listed: Vec<Segment> = segments.iter().cloned().chain(leant).collect();
     let manoeuvres = manoeuvres(&ride, &listed, radius, &ident);
@@ -101,7 +108,7 @@ pub(super) fn run(
         true => Some(signals(&ride, &data, &solution)?),
         false => None,
     };
-    let plots = plots::road::rows(&ride, &segments, &data, &solution, &coefficients);
+    let plots = plots::road::rows(&ride, &segments, &data, &solution, &coefficients, &laps);
     let warnings = warnings(&ident, noticed);
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     Ok(Outcome {
@@ -116,6 +123,26 @@ pub(super) fn run(
         costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),
         ..Outcome::default()
     })
+}
+
+/// Tyres lap by lap, where there are laps enough: about the fit of the ride in gear, which is made for it where nothing
+/// else needed it.
+fn over_laps(
+    ride: &Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    whole: Option<InGear>,
+    laps: &[LapRow],
+) -> Option<Vec<ByLap>> {
+    let timed = laps.iter().filter(|l| l.kind == Kind::Timed.name());
+    let timed: Vec<(i64, f64, f64)> =
+        timed.map(|l| (l.lap, l.start, l.start + l.duration)).collect();
+    let corrected = pipeline.estimate.formulation == Formulation::Corrected;
+    if timed.len() < by_lap::FEWEST || !pipeline.in_gear.enabled || !corrected {
+        return None;
+    }
+    let fit = whole.or_else(|| in_gear::run(ride, bike, &pipeline.in_gear))?;
+    Some(by_lap::run(ride, bike, &pipeline.in_gear, &fit, &timed))
 }
 
 /// Range of lean of a stretch of the best quality, rad: 20 degrees to either side.

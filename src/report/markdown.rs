@@ -55,6 +55,12 @@ fn session(out: &mut String, page: &Page) {
     let _ = writeln!(out, "\n## {}\n\n{} {}", text(&page.session_id), page.verdict, page.ridden);
     if let Some(laps) = &page.laps {
         let _ = writeln!(out, "\nLaps: {} {}", laps.verdict, laps.grip);
+        if !laps.markers.is_empty() {
+            let _ = writeln!(out, "{}", laps.markers);
+        }
+        if let Some(trends) = &laps.trends {
+            let _ = writeln!(out, "{}", trends.verdict);
+        }
     }
     for tyre in &page.tyres {
         let _ = writeln!(out, "\n### {}\n", text(&tyre.title));

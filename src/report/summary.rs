@@ -24,10 +24,12 @@ pub fn markdown(out: &Path) -> Result<String, Error> {
             let stored = SessionTables::read(out)?;
             let manoeuvres = stored.manoeuvres(ident)?;
             let (laps, corners) = stored.laps(ident)?;
+            let trends = stored.lap_trends(ident)?;
             let coefficients = tables.coefficients_of(ident);
             let warnings = tables.warnings_of(ident);
             let page = session::page::build(session, coefficients, &manoeuvres, warnings);
-            Some(session::page::Page { laps: session::laps::page(&laps, &corners), ..page })
+            let laps = session::laps::page(&laps, &corners, &trends);
+            Some(session::page::Page { laps, ..page })
         }
         _ => None,
     };

@@ -8,8 +8,8 @@ use crate::report::labels;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::read;
 use crate::store::tables::rows::{
-    Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, Manoeuvre, PlotPoint,
-    Rejected, SessionRow, WarningRow,
+    Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, LapTrendRow, Manoeuvre,
+    PlotPoint, Rejected, SessionRow, WarningRow,
 };
 
 /// Tables of which one at least makes a folder an output.
@@ -92,6 +92,7 @@ pub(crate) struct SessionTables {
     laps: SessionFiles<LapRow>,
     lap_corners: SessionFiles<LapCornerRow>,
     lap_points: SessionFiles<LapPointRow>,
+    lap_trends: SessionFiles<LapTrendRow>,
 }
 
 impl SessionTables {
@@ -106,6 +107,7 @@ impl SessionTables {
             laps: SessionFiles::read(out)?,
             lap_corners: SessionFiles::read(out)?,
             lap_points: SessionFiles::read(out)?,
+            lap_trends: SessionFiles::read(out)?,
         })
     }
 
@@ -120,6 +122,7 @@ impl SessionTables {
             laps: SessionFiles::read_one(out, session)?,
             lap_corners: SessionFiles::read_one(out, session)?,
             lap_points: SessionFiles::read_one(out, session)?,
+            lap_trends: SessionFiles::read_one(out, session)?,
         })
     }
 
@@ -147,6 +150,14 @@ impl SessionTables {
     /// A file cannot be read or lacks a column.
     pub(crate) fn laps(&self, session: &Ident) -> Result<(Vec<LapRow>, Vec<LapCornerRow>), Error> {
         Ok((self.laps.rows(session)?, self.lap_corners.rows(session)?))
+    }
+
+    /// What the tyres did over its laps; none where there are too few.
+    ///
+    /// # Errors
+    /// A file cannot be read or lacks a column.
+    pub(crate) fn lap_trends(&self, session: &Ident) -> Result<Vec<LapTrendRow>, Error> {
+        Ok(self.lap_trends.rows(session)?)
     }
 
     /// Every place of its laps.

@@ -8,11 +8,11 @@ use std::path::Path;
 use assert_cmd::Command;
 use roadbench::internals::contract::channel::Channel;
 use roadbench::internals::contract::geodesy::metres_per_degree;
-use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::contract::session::{Markers, Meta, Session};
 use roadbench::internals::ingest;
 use roadbench::internals::ingest::maps::ChannelMap;
 use roadbench::internals::segment::laps::find::{Found, Kind};
-use roadbench::internals::segment::laps::{Config, detect};
+use roadbench::internals::segment::laps::{Config, detect, look};
 use roadbench::internals::simulate::track;
 use roadbench::internals::statistics::random::{Coloured, Random};
 use roadbench::internals::store::tables::read;
@@ -233,6 +233,134 @@ fn a_counter_or_a_given_line_puts_the_line_where_it_is() {
         assert_eq!(errors.len(), 3);
         assert!(errors.iter().all(|[e, _]| e.abs() < 0.12), "{errors:?}");
     }
+}
+
+/// The place that the logger's markers are of.
+const MARKED: f64 = 0.0;
+
+/// When the curve's marked place was passed, to the millisecond, as a beacon beside the track tells it.
+fn marked(round: &Round) -> Vec<f64> {
+    let at = place(MARKED);
+    round.passages(at).iter().map(|t| (t * 1e3).round() * 1e-3).collect()
+}
+
+fn codes(session: &Session) -> Vec<String> {
+    let (_, warnings) = look(session, &Config::default());
+    warnings.into_iter().map(|w| format!("{}: {}", w.code, w.message)).collect()
+}
+
+#[test]
+fn the_loggers_markers_come_first_and_are_held_against_position() {
+    let round = Round::new(8.4);
+    let (mut squares, mut scaled) = (Vec::new(), Vec::new());
+    for seed in 0..6 {
+        let mut session = round.logged(GOOD, seed);
+        session.markers.times = marked(&round);
+        let (_, found) = detect(&session, &Config::default()).expect("laps");
+        assert!(found.by_markers && found.line.source.name() == "markers");
+        let truth = round.passages(place(MARKED));
+        let laps: Vec<_> = found.laps.iter().filter(|l| l.kind == Kind::Timed).collect();
+        assert_eq!(laps.len(), truth.len() - 1);
+        for (lap, t) in laps.iter().zip(truth.windows(2)) {
+            assert!((lap.duration() - (t[1] - t[0])).abs() < 2e-3, "{lap:?} {t:?}");
+            let difference = lap.position_difference.expect("a position");
+            squares.push(difference * difference);
+            scaled.push(difference / lap.error);
+        }
+        assert!(codes(&session).is_empty(), "{:?}", codes(&session));
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let inside = scaled.iter().filter(|z| z.abs() < 1.96).count();
+    println!("markers against position: rms {rms:.3} s of {} laps, {inside} within", squares.len());
+    assert!(rms < 0.07 && inside * 10 >= scaled.len() * 9, "{rms} {inside}");
+}
+
+#[test]
+fn markers_that_cannot_be_right_are_said_and_left_out() {
+    let round = Round::new(6.4);
+    let mut session = round.logged(GOOD, 2);
+    let right = marked(&round);
+    session.markers.times = right.clone();
+    let starts = |session: &Session| -> Vec<f64> {
+        let found = detect(session, &Config::default()).expect("laps").1;
+        timed(&found).iter().map(|l| l[0]).collect()
+    };
+    let all = starts(&session);
+    assert_eq!(all.len(), 5);
+    let half = 0.5 * (right[1] + right[2]);
+    for (what, added) in [
+        ("not within the ride", vec![-30.0, 1e5, f64::NAN]),
+        ("repeat the one before", vec![right[2] + 0.3]),
+        ("where most others are not", vec![half]),
+        ("stand before an earlier one", vec![right[0]]),
+    ] {
+        let mut marked = right.clone();
+        if what.starts_with("stand") {
+            marked.remove(0);
+        }
+        marked.extend(&added);
+        session.markers.times = marked;
+        let said = codes(&session);
+        assert!(said.iter().any(|s| s.contains(what)), "{what}: {said:?}");
+        assert_eq!(starts(&session), all, "{what}");
+    }
+    // without positions only the distance tells
+    let mut blind = session.clone();
+    for channel in [Channel::Latitude, Channel::Longitude] {
+        blind.remove(channel);
+    }
+    blind.markers.times = right.clone();
+    blind.markers.times.push(right[2] + 3.0);
+    let said = codes(&blind);
+    assert!(said.iter().any(|s| s.contains("sooner after the one before")), "{said:?}");
+    assert_eq!(starts(&blind), all);
+    // a split in every lap: the line is where the first of two places is
+    let mut splits: Vec<f64> = right.windows(2).map(|t| 0.6 * t[0] + 0.4 * t[1]).collect();
+    splits.extend(&right);
+    splits.sort_by(f64::total_cmp);
+    session.markers.times = splits;
+    assert_eq!(starts(&session), all);
+    // nowhere twice, and of no use: position has the laps
+    session.markers.times = vec![right[1] + 5.0, half, right[4] - 4.0];
+    let (found, warnings) = look(&session, &Config::default());
+    let found = found.expect("laps").1;
+    assert!(!found.by_markers && timed(&found).len() >= 4 && warnings.len() == 1, "{warnings:?}");
+    // who gives a line means it
+    let line = [-20.0, 20.0].map(|d| track::position([place(0.3)[0] + d, place(0.3)[1]]));
+    session.markers.times = right;
+    let config = Config { line: Some(line), ..Config::default() };
+    let found = detect(&session, &config).expect("laps").1;
+    assert!(!found.by_markers && found.line.source.name() == "given");
+}
+
+/// A logger without a receiver of satellites, but with a beacon; and a log that brings the line alone.
+#[test]
+fn markers_without_positions_give_laps_and_so_does_the_logs_own_line() {
+    let round = Round::new(6.4);
+    let mut session = round.logged(GOOD, 4);
+    session.remove(Channel::LapNumber);
+    let line = [-20.0, 20.0].map(|d| track::position([place(0.0)[0] + d, place(0.0)[1]]));
+    session.markers.line = Some(line);
+    let found = detect(&session, &Config::default()).expect("laps").1;
+    assert_eq!((found.line.source.name(), found.by_markers), ("log", false));
+    assert_eq!(timed(&found).len(), 5);
+    session.markers = Markers { times: marked(&round), line: None };
+    for channel in [Channel::Latitude, Channel::Longitude] {
+        session.remove(channel);
+    }
+    // as it comes back from its file
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("round.parquet");
+    session.meta.session_id = "round".into();
+    session.meta.bike_id = "b".into();
+    ingest::write_session(&path, &session, false).expect("written");
+    let raw = ingest::read(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let back = ingest::run(raw, &ingest::Config::default()).unwrap_or_else(|e| panic!("{e}")).0;
+    assert_eq!(back.markers, session.markers);
+    let found = detect(&back, &Config::default()).expect("laps").1;
+    let laps: Vec<_> = found.laps.iter().filter(|l| l.kind == Kind::Timed).collect();
+    assert_eq!(laps.len(), 5);
+    assert!(laps.iter().all(|l| l.position_difference.is_none()));
 }
 
 /// Once round the block and home is no track; nor is the way there and back.

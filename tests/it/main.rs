@@ -39,6 +39,7 @@ mod ingest;
 mod kill;
 mod lane_change;
 mod lane_change_forms;
+mod lap_fade;
 mod laps;
 mod levels;
 mod loggers;

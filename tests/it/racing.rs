@@ -10,6 +10,7 @@ use roadbench::internals::contract::session::{Meta, Session};
 use roadbench::internals::ingest::maps::ChannelMap;
 use roadbench::internals::ingest::{self, Config, Raw};
 use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::segment::laps::{self, look};
 
 use crate::racing_files::{self as files, DIGITS};
 
@@ -251,6 +252,83 @@ fn what_is_cut_off_is_read_up_to_there() {
     std::fs::write(&path, bytes).expect("written");
     let raw = ingest::read(&path, &[]).expect("the same text");
     assert_eq!(raw.tracks[0].values.len(), 60);
+}
+
+#[test]
+fn markers_of_laps_are_read() {
+    for (name, times) in [
+        ("motec_i2.csv", &[1.5][..]),
+        ("aim_rs3.csv", &[2.0, 4.0]),
+        ("racechrono_v3.csv", &[]),
+        ("racechrono_v2.csv", &[]),
+    ] {
+        assert_eq!(read(name).markers.times, times, "{name}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("r.csv");
+    // RaceChrono puts a row in where the line was passed
+    let text = std::fs::read_to_string(fixture("racechrono_v3.csv")).expect("bundled");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let first = lines.iter().position(|l| l.starts_with("unix time")).expect("units") + 2;
+    for (k, line) in lines[first..].iter_mut().enumerate() {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        cells[2] = if k < 3 {
+            ""
+        } else if k < 8 {
+            "1"
+        } else {
+            "2"
+        };
+        *line = cells.join(",");
+    }
+    let stamp = |k: usize| -> f64 {
+        lines[first + k].split(',').next().and_then(|t| t.parse().ok()).expect("a stamp")
+    };
+    std::fs::write(&path, lines.join("\n")).expect("written");
+    let raw = ingest::read(&path, &[]).expect("read");
+    assert_eq!(raw.markers.times, [stamp(3), stamp(8)]);
+    let start = raw.tracks.iter().map(|t| t.time[0]).fold(f64::INFINITY, f64::min);
+    let (session, _) = ingest::run(raw, &Config::default()).expect("usable");
+    assert!((session.markers.times[1] - (stamp(8) - start)).abs() < 1e-6, "s since the start");
+    // a record of the kind 5 after the first 10 s of a Y-Trac
+    let bytes = files::ctrk(&ride(30.0));
+    let mut at = 0x34 + 0x1f;
+    let word = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+    while bytes[at + 6] < 10 {
+        at += usize::from(word(at + 2));
+    }
+    let mut lap = vec![5, 0, 22, 0, 123, 0];
+    lap.extend(&bytes[at + 6..at + 14]);
+    lap.extend([0; 8]);
+    let marked = [&bytes[..at], &lap, &bytes[at..]].concat();
+    let path = folder.path().join("y.CTRK");
+    std::fs::write(&path, marked).expect("written");
+    assert_eq!(ingest::read(&path, &[]).expect("read").markers.times, [10.123]);
+}
+
+/// A car's laps on a circuit, timed by RaceChrono: its markers against the positions of the same receiver.
+#[test]
+fn real_markers_agree_with_position() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/racechrono_car");
+    for (name, expected) in [
+        ("session_20251231_111318_tianma_lap9_v3.csv", 76.329),
+        ("session_20251231_111959_tianma_lap13_v3.csv", 75.934),
+    ] {
+        let path = data.join(name);
+        if !path.exists() {
+            println!("{} is not there: nothing tested", path.display());
+            return;
+        }
+        let raw = ingest::read(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let (session, _) = ingest::run(raw, &Config::default()).expect("usable");
+        let (found, warnings) = look(&session, &laps::Config::default());
+        let found = found.expect("a lap").1;
+        let best = &found.laps[found.best];
+        let difference = best.position_difference.expect("positions");
+        println!("{name}: {:.3} s by markers, by position {difference:+.4} s", best.duration());
+        assert!(found.by_markers && (best.duration() - expected).abs() < 2e-3, "{best:?}");
+        assert!(difference.abs() < 0.02 && warnings.is_empty(), "{difference} {warnings:?}");
+    }
 }
 
 /// The first seconds of a bundled ride.

@@ -6,9 +6,11 @@
 //! the ride, [`model`] gives forces, slips ([`curve`]) and residuals of every sample, [`solve`] fits, and
 //! [`rows`] puts what is determined where the ordinary fits have nothing.
 
+pub(crate) mod by_lap;
 pub(crate) mod columns;
 pub(crate) mod config;
 pub(crate) mod curve;
+pub(crate) mod lap_rows;
 pub(crate) mod model;
 pub(crate) mod parameters;
 pub(crate) mod rows;

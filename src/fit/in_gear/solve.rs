@@ -207,16 +207,16 @@ fn renew(model: &Model<'_>, theta: &Theta, acceleration: &mut [f64], share: f64,
 }
 
 /// One residual with its derivatives, in expected errors.
-struct Row {
-    kind: usize,
-    at: usize,
-    residual: f64,
-    weight: f64,
-    by: Vector,
+pub(super) struct Row {
+    pub kind: usize,
+    pub at: usize,
+    pub residual: f64,
+    pub weight: f64,
+    pub by: Vector,
 }
 
 /// Residuals and their derivatives by central differences, splits and errors held.
-fn linearise(model: &Model<'_>, theta: &Theta, held: &[Held]) -> Vec<Row> {
+pub(super) fn linearise(model: &Model<'_>, theta: &Theta, held: &[Held]) -> Vec<Row> {
     let steps: Theta = std::array::from_fn(|k| 1e-5 * theta[k].abs().max(0.01));
     let mut rows = Vec::with_capacity(3 * held.len());
     for sample in held {
@@ -249,7 +249,7 @@ fn linearise(model: &Model<'_>, theta: &Theta, held: &[Held]) -> Vec<Row> {
 }
 
 /// Bisquare weights on each residual's own scale, never below what was expected.
-fn weigh(rows: &mut [Row]) -> [f64; KINDS] {
+pub(super) fn weigh(rows: &mut [Row]) -> [f64; KINDS] {
     std::array::from_fn(|kind| {
         let residuals: Vec<f64> =
             rows.iter().filter(|r| r.kind == kind).map(|r| r.residual).collect();

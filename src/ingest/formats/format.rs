@@ -196,7 +196,7 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
     let (map, listing) = choose::<F>(log, maps)?;
     let wanted: Vec<&SourceChannel> =
         map.needed().into_iter().map(|name| listing.find(name)).collect::<Result<_, Error>>()?;
-    let Decoded { columns, warnings } = F::decode(log, &map.aids, &wanted)?;
+    let Decoded { columns, warnings, markers } = F::decode(log, &map.aids, &wanted)?;
     let meta = who(log, &listing, &map);
     let mut all = listing.warnings;
     all.extend(warnings);
@@ -207,6 +207,7 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         euler_yaw: map.euler_yaw,
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
+        markers,
         map: Some(map.name),
     })
 }

@@ -109,7 +109,7 @@ impl Format for Gpx {
             };
             Column { name: channel.full(), time, values }
         };
-        Ok(Decoded { columns: wanted.iter().map(column).collect(), warnings: Vec::new() })
+        Ok(Decoded { columns: wanted.iter().map(column).collect(), ..Decoded::default() })
     }
 }
 

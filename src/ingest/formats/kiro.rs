@@ -88,6 +88,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
         map: Some(map.name.clone()),
+        ..Raw::default()
     };
     if broken > 0 {
         let message = format!("{broken} lines of a known kind are broken off; taken as missing");

@@ -2,7 +2,7 @@
 
 use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
 use crate::ingest::raw::Column;
@@ -62,6 +62,8 @@ pub struct Decoded {
     pub columns: Vec<Column>,
     /// Warnings beyond [`Listing::warnings`].
     pub warnings: Vec<Warning>,
+    /// What the logger says of the laps, s on the clock of the columns' stamps; empty for most formats.
+    pub markers: Markers,
 }
 
 impl SourceChannel {

@@ -29,7 +29,7 @@ use crate::ingest::maps::units;
 use crate::ingest::maps::units::Conversion;
 use crate::ingest::maps::{ChannelMap, Maps, TimeSource};
 use crate::ingest::raw::{Column, Identified, Raw, Track};
-use crate::ingest::session_schema::wheel_scale_sd;
+use crate::ingest::session_schema::{markers, wheel_scale_sd};
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 use crate::store::objects::source;
@@ -92,10 +92,10 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
             let schema = Arc::clone(metadata.schema());
             let pairs = metadata.metadata().file_metadata().key_value_metadata().cloned();
             let own = |key: &str| pairs.as_ref()?.iter().find(|p| p.key == key)?.value.clone();
-            let wheel_scale_sd = wheel_scale_sd(own);
+            let (wheel_scale_sd, markers) = (wheel_scale_sd(own), markers(own));
             let raw =
                 read_contract(log, &schema, meta, |wanted| decode(log, file, metadata, wanted))?;
-            Ok(Raw { wheel_scale_sd, ..raw })
+            Ok(Raw { wheel_scale_sd, markers, ..raw })
         }
     }
 }
@@ -193,6 +193,7 @@ fn read_mapped(
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
         map: Some(map.name.clone()),
+        ..Raw::default()
     })
 }
 

@@ -74,7 +74,7 @@ impl Format for Sst {
             let values = samples.iter().map(count).collect();
             Column { name: channel.full(), time: Arc::clone(&time), values }
         };
-        Ok(Decoded { columns: wanted.iter().map(column).collect(), warnings: Vec::new() })
+        Ok(Decoded { columns: wanted.iter().map(column).collect(), ..Decoded::default() })
     }
 }
 

@@ -74,7 +74,7 @@ pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, E
     let mut warnings = Vec::new();
     for part in parts(&listing.channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
-        let Decoded { columns, warnings: more } = decode(log, aids, &wanted)?;
+        let Decoded { columns, warnings: more, .. } = decode(log, aids, &wanted)?;
         contents.extend(look(&columns));
         for warning in more {
             if !warnings.contains(&warning) {

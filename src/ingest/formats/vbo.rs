@@ -5,6 +5,7 @@
 //! [header]            titles, some with a unit at the end: "velocity kmh", "Long accel g"
 //! [channel units]     units of further channels
 //! [column names]      sats time lat long velocity heading height ...
+//! [laptiming]         Start +00058.49277 +03119.09973 +00058.51000 +03119.09973: the start line, end to end
 //! [data]              011 090000.10 +03119.099730 -00058.492770 082.140 321.85 +0152.58 ...
 //! ```
 //!
@@ -18,7 +19,7 @@
 use std::sync::Arc;
 
 use crate::contract::rejection::RejectionCode;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::stamps;
@@ -116,7 +117,9 @@ impl Format for Vbo {
             let values = table.columns.get(c.place[0])?.clone();
             Some(Column { name: c.full(), time: Arc::clone(&time), values })
         };
-        Ok(Decoded { columns: wanted.iter().filter_map(column).collect(), warnings: Vec::new() })
+        let columns = wanted.iter().filter_map(column).collect();
+        let (line, warnings) = file.start_line(&table);
+        Ok(Decoded { columns, warnings, markers: Markers { times: Vec::new(), line } })
     }
 }
 
@@ -133,6 +136,8 @@ struct File<'a> {
     comments: Vec<(String, String)>,
     names: Vec<String>,
     units: Vec<Option<String>>,
+    /// The line `Start` of [laptiming].
+    start: Option<&'a str>,
     /// With their lines in the file, from 1.
     rows: Vec<(u64, &'a str)>,
 }
@@ -161,7 +166,7 @@ fn split(line: &str) -> Vec<&str> {
 impl<'a> File<'a> {
     fn of(log: &Location, text: &'a str) -> Result<Self, Error> {
         let (mut titles, mut further, mut names, mut rows) = (vec![], vec![], vec![], vec![]);
-        let (mut created, mut comments) = (None, Vec::new());
+        let (mut created, mut comments, mut start) = (None, Vec::new(), None);
         let mut section = String::new();
         let lines = text.lines().enumerate().map(|(i, line)| (i as u64 + 1, line.trim()));
         for (number, line) in lines.filter(|(_, line)| !line.is_empty()) {
@@ -178,6 +183,9 @@ impl<'a> File<'a> {
                 }
                 "data" => rows.push((number, line)),
                 "comments" => comments.push(fact(line)),
+                "laptiming" | "lap timing" if line.to_lowercase().starts_with("start") => {
+                    start = start.or(Some(line));
+                }
                 _ => {}
             }
         }
@@ -190,7 +198,7 @@ impl<'a> File<'a> {
             names.pop();
         }
         let units = units(&names, &titles, &further);
-        let mut file = File { created, comments, names, units, rows };
+        let mut file = File { created, comments, names, units, start, rows };
         file.own_names();
         if file.at("time").is_none() {
             let message = format!(
@@ -275,6 +283,26 @@ impl<'a> File<'a> {
         }
         self.positions(&mut table);
         Ok(table)
+    }
+
+    /// The start line, degrees. Programs write its ends as longitude and latitude or the other way round, in minutes of arc
+    /// or degrees, and west or east positive: it is the one that the ride comes past.
+    fn start_line(&self, table: &Rows) -> (Option<[[f64; 2]; 2]>, Vec<Warning>) {
+        let Some(line) = self.start else { return (None, Vec::new()) };
+        let number = |cell: &&str| cell.replace(',', ".").parse().ok();
+        let numbers: Vec<f64> = split(line).iter().skip(1).map_while(number).collect();
+        let place = |name: &str| self.at(name).and_then(|k| table.columns.get(k));
+        let (Some(north), Some(east)) = (place("lat"), place("long")) else {
+            return (None, Vec::new());
+        };
+        if let Some(line) = track::start_line(&numbers, [north, east]) {
+            return (Some(line), Vec::new());
+        }
+        let message = format!(
+            "the start line of [laptiming], `{line}`, lies nowhere on the ride and is left out; give one with the key \
+             laps.line of the pipeline"
+        );
+        (None, vec![warning("lap_markers", None, 1, None, message)])
     }
 
     /// Positions in degrees, north and east positive, and the unit of the speed by them.
@@ -510,6 +538,32 @@ mod tests {
         assert_eq!(of("Water").1.as_deref(), Some("degC"));
         assert_eq!((table.warnings.len(), table.warnings[0].count), (1, 1));
         assert_eq!(file.start(&table.time).as_deref(), Some("2006-07-31T23:59:59.9Z"));
+    }
+
+    #[test]
+    fn the_start_line_is_the_one_that_the_ride_comes_past() {
+        let line = |start: &str| {
+            let text = LOG.replace(
+                "[comments]",
+                &format!("[laptiming]\r\n{start}\r\nSplit 1 2 3 4\r\n[comments]"),
+            );
+            let file = File::of(&log(), &text).expect("a VBOX text");
+            file.start_line(&file.table(&log()).expect("rows"))
+        };
+        let right = [[51.991_666, -0.974_9], [51.991_667, -0.975_1]];
+        for start in [
+            "Start +00058.49400 +03119.49996 +00058.50600 +03119.50002 \u{ac} Start / Finish",
+            "Start 3119.49996 58.49400 3119.50002 58.50600",
+            "start -0.9749 51.991666 -0.9751 51.991667",
+        ] {
+            let (line, warnings) = line(start);
+            let off = line.expect(start).iter().flatten().zip(right.iter().flatten());
+            assert!(off.into_iter().all(|(a, b)| (a - b).abs() < 2e-6), "{start}: {line:?}");
+            assert!(warnings.is_empty());
+        }
+        let (none, warnings) = line("Start +00158.49400 +03119.49996 +00158.50600 +03119.50002");
+        assert!(none.is_none() && warnings[0].message.contains("nowhere on the ride"));
+        assert!(line("Start 1 2").0.is_none());
     }
 
     #[test]

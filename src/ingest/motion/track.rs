@@ -135,6 +135,28 @@ pub(crate) fn speed(time: &[f64], position: [&[f64]; 2], span: f64) -> Vec<f64> 
     out
 }
 
+/// A start line from the numbers that a text gives for it, as latitude and longitude of its two ends, degrees. Programs
+/// write longitude or latitude first, in minutes of arc or degrees, and west or east positive: it is the first of these
+/// that lies within 100 m of the ride. `at` are latitudes and longitudes of the ride, degrees.
+pub(crate) fn start_line(numbers: &[f64], at: [&[f64]; 2]) -> Option<[[f64; 2]; 2]> {
+    /// 100 m, in degrees of latitude.
+    const NEAR: f64 = 1e-3;
+    let &[a, b, c, d, ..] = numbers else { return None };
+    let passed = |line: &[[f64; 2]; 2]| {
+        let [lat, lon] = [0, 1].map(|k| 0.5 * (line[0][k] + line[1][k]));
+        let shrink = lat.to_radians().cos();
+        let near = |(n, e): (&f64, &f64)| (n - lat).hypot((e - lon) * shrink) < NEAR;
+        lat.abs() <= 90.0 && at[0].iter().zip(at[1]).any(near)
+    };
+    let mut written = [1.0 / 60.0, 1.0].into_iter().flat_map(|scale| {
+        [-scale, scale].into_iter().flat_map(move |sign| {
+            [[[b, a], [d, c]], [[a, b], [c, d]]]
+                .map(|line| line.map(|[lat, lon]| [lat * scale, lon * sign]))
+        })
+    });
+    written.find(passed)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Every plot, in the order of a session's page.
 
 use super::plot::{Panel, Plot};
-use super::{fits, offroad, residuals, ride};
+use super::{fits, laps, offroad, residuals, ride};
 
 /// The fits of a road session.
 pub const FITS: [Plot; 12] = [
@@ -22,12 +22,16 @@ pub const FITS: [Plot; 12] = [
 /// The whole road session.
 pub(crate) const RIDE: [Plot; 2] = [ride::G_G, ride::ROLL_OVER_LATERAL];
 
+/// Tyres over the laps of a track session; a ride without laps lacks nothing.
+pub(crate) const LAPS: [Plot; 4] =
+    [laps::STIFFNESS[0], laps::STIFFNESS[1], laps::RADIUS[0], laps::RADIUS[1]];
+
 /// The situations of an off-road session.
 pub(crate) const OFFROAD: &[Plot] = offroad::SITUATIONS.as_flattened();
 
 /// Every plot but the time line.
 pub(crate) fn all() -> impl Iterator<Item = &'static Plot> {
-    FITS.iter().chain(OFFROAD).chain(&RIDE).chain(residuals::PLOTS.as_flattened())
+    FITS.iter().chain(OFFROAD).chain(&RIDE).chain(&LAPS).chain(residuals::PLOTS.as_flattened())
 }
 
 /// The panels of the time line.

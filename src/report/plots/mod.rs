@@ -1,6 +1,6 @@
 //! The `plots` table: what is drawn of a session, downsampled while the samples are there.
 //!
-//! A plot is declared where its rows are made ([`fits`], [`ride`], [`residuals`], [`offroad`]) and
+//! A plot is declared where its rows are made ([`fits`], [`ride`], [`laps`], [`residuals`], [`offroad`]) and
 //! listed in the [`catalogue`], from which the report takes titles, axes and how it is drawn
 //! ([`plot::Plot`]).
 //!
@@ -12,6 +12,7 @@
 pub(crate) mod catalogue;
 pub(crate) mod downsample;
 pub(crate) mod fits;
+pub(crate) mod laps;
 pub(crate) mod offroad;
 pub(crate) mod plot;
 pub(crate) mod residuals;

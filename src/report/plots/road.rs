@@ -1,20 +1,23 @@
 //! The plots of a road session.
 
 use super::sheet::Sheet;
-use super::{fits, residuals, ride};
+use super::{fits, laps, residuals, ride};
 use crate::contract::session::Session;
 use crate::fit::bands::Bands;
 use crate::fit::{Data, Solution};
 use crate::segment::Segment;
+use crate::segment::laps::Laps;
 use crate::store::tables::rows::{Coefficient, PlotPoint};
 
-/// The rows of the table `plots` of a road session; `coefficients` are its rows of that table.
+/// The rows of the table `plots` of a road session; `coefficients` are its rows of that table, `over_laps` its
+/// laps with what the tyres did over them.
 pub fn rows(
     session: &Session,
     segments: &[Segment],
     data: &Data,
     solution: &Solution,
     coefficients: &[Coefficient],
+    over_laps: &Laps,
 ) -> Vec<PlotPoint> {
     let mut sheet = Sheet::new(session);
     ride::timeline(&mut sheet, &solution.inputs);
@@ -23,5 +26,6 @@ pub fn rows(
     fits::draw(&mut sheet, data, solution, &used, &bands);
     ride::draw(&mut sheet, segments, &solution.inputs);
     residuals::draw(&mut sheet, data, solution, &used);
+    laps::draw(&mut sheet, over_laps);
     sheet.finish()
 }

@@ -3,13 +3,17 @@
 use serde::Serialize;
 
 use crate::report::charts::pack;
+use crate::report::session::lap_trends::{self, Trends};
 use crate::statistics::number_format::{count, fixed, round, typeset};
-use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
+use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow, LapTrendRow};
 
 const KMH: f64 = 3.6;
 const G: f64 = crate::GRAVITY;
 /// Most stations that the page keeps of a lap.
 const STATIONS: usize = 600;
+
+/// Times that are the logger's own, as in the table.
+const MARKERS: &str = "markers";
 
 /// The laps in words.
 #[derive(Debug, Serialize)]
@@ -22,6 +26,12 @@ pub(crate) struct Laps {
     pub basis: String,
     /// Where the line came from.
     pub line: String,
+    /// The logger's markers against position; empty where the times are by position.
+    pub markers: String,
+    /// What the tyres did over the laps; none where there are too few.
+    pub trends: Option<Trends>,
+    /// Whether there are places to draw.
+    pub mapped: bool,
     /// Every lap.
     pub rows: Vec<Line>,
     /// Every corner.
@@ -41,6 +51,7 @@ pub(crate) struct Line {
     pub time: String,
     pub error: String,
     pub behind: String,
+    pub by_position: String,
     pub fastest: String,
     pub slowest: String,
     pub left: String,
@@ -81,8 +92,12 @@ pub(crate) fn sentence(laps: &[LapRow]) -> Option<String> {
     let best = laps.iter().find(|l| l.best)?;
     let timed = laps.iter().filter(is_timed).count();
     let error = best.duration_std_error.map(|e| format!(" ± {} s", fixed(1.96 * e, 2)));
+    let markers = match best.timed_by == MARKERS {
+        true => ", by the logger's markers",
+        false => "",
+    };
     Some(format!(
-        "{}, best {}{} (lap {})",
+        "{}{markers}, best {}{} (lap {})",
         count(timed, "timed lap"),
         lap_time(best.duration),
         error.unwrap_or_default(),
@@ -90,13 +105,52 @@ pub(crate) fn sentence(laps: &[LapRow]) -> Option<String> {
     ))
 }
 
+/// The logger's markers against position, in a sentence; empty where the times are not by markers.
+pub(crate) fn agreement(laps: &[LapRow]) -> String {
+    let Some(best) = laps.iter().find(|l| l.best && l.timed_by == MARKERS) else {
+        return String::new();
+    };
+    let timed = || laps.iter().filter(is_timed);
+    let known: Vec<(i64, f64)> =
+        timed().filter_map(|l| Some((l.lap, l.position_difference?))).collect();
+    let largest = known.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let Some((lap, most)) = largest else {
+        let why = match best.line_latitude {
+            Some(_) => "no crossing by position belongs to them",
+            None => "the log has no positions",
+        };
+        return format!("Logger's markers against position: {why}.");
+    };
+    let rms = (known.iter().map(|k| k.1 * k.1).sum::<f64>() / known.len() as f64).sqrt();
+    format!(
+        "Logger's markers against position: the times of {} differ by {} s (rms), at most by {} s (lap {lap}).",
+        count(known.len(), "lap"),
+        fixed(rms, 3),
+        typeset(&fixed(*most, 3)),
+    )
+}
+
 /// That line for the terminal; empty without laps.
 pub(crate) fn terminal(laps: &[LapRow]) -> String {
-    sentence(laps).map(|s| format!("\nLaps: {s}\n")).unwrap_or_default()
+    let Some(line) = sentence(laps) else { return String::new() };
+    match agreement(laps) {
+        said if said.is_empty() => format!("\nLaps: {line}\n"),
+        said => format!("\nLaps: {line}\n{said}\n"),
+    }
+}
+
+/// With its sign, in milliseconds.
+fn signed(seconds: f64) -> String {
+    let sign = if seconds < 0.0 { "" } else { "+" };
+    format!("{sign}{}", fixed(seconds, 3))
 }
 
 /// The page's part; `None` where there are no laps.
-pub(crate) fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
+pub(crate) fn page(
+    laps: &[LapRow],
+    corners: &[LapCornerRow],
+    trends: &[LapTrendRow],
+) -> Option<Laps> {
     let best = laps.iter().find(|l| l.best)?;
     let available = best.friction_available;
     let rows = laps.iter().map(|l| line(l, best)).collect();
@@ -111,10 +165,15 @@ pub(crate) fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
         basis: basis(best),
         line: match best.line.as_str() {
             "given" => "The line is the one of the pipeline.".to_owned(),
+            "markers" => format!("The line is where the logger's lap markers are. {}", agreement(laps)),
+            "log" => "The line is the start line that the log brings.".to_owned(),
             "logger" => "The line is where the logger's lap counter goes up.".to_owned(),
             _ => "The line was put where the track is fastest; the key laps.line of the pipeline gives another."
                 .to_owned(),
         },
+        markers: agreement(laps),
+        trends: lap_trends::page(trends),
+        mapped: best.line_latitude.is_some(),
         rows,
         corners: lines,
         ideal: ideal(best, corners),
@@ -194,6 +253,7 @@ fn line(l: &LapRow, best: &LapRow) -> Line {
             true => format!("+{}", fixed(l.duration - best.duration, 2)),
             false => String::new(),
         },
+        by_position: l.position_difference.map(|d| typeset(&signed(d))).unwrap_or_default(),
         fastest: shown(l.speed_max, KMH, 0),
         slowest: shown(l.speed_min, KMH, 0),
         left: lean(l.roll_left),
@@ -289,6 +349,10 @@ pub(crate) fn figure(
     let best = laps.iter().find(|l| l.best)?;
     let of = |lap: i64| points.iter().filter(move |p| p.lap == lap);
     let count = of(best.lap).count();
+    // laps by markers alone have no places
+    if count < 2 {
+        return None;
+    }
     let step = count.div_ceil(STATIONS).max(1);
     // the last station is the line again
     let kept = move |i: usize| i.is_multiple_of(step) || i + 1 == count;
@@ -364,6 +428,28 @@ mod tests {
     }
 
     #[test]
+    fn markers_are_held_against_position() {
+        let of = |differences: &[Option<f64>]| -> Vec<LapRow> {
+            let row = |(k, d): (usize, &Option<f64>)| LapRow {
+                timed_by: "markers".into(),
+                line_latitude: Some(48.0),
+                position_difference: *d,
+                ..lap(k as i64 + 1, "timed", 100.0 + k as f64, k == 0)
+            };
+            differences.iter().enumerate().map(row).collect()
+        };
+        let laps = of(&[Some(0.03), Some(-0.04), None]);
+        let said = agreement(&laps);
+        assert!(said.contains("of 2 laps differ by 0.035 s (rms)"), "{said}");
+        assert!(said.contains("0.040 s (lap 2)"), "{said}");
+        assert!(terminal(&laps).contains("3 timed laps, by the logger's markers, best 1:40.00"));
+        let shown = page(&laps, &[], &[]).expect("laps");
+        assert_eq!((shown.markers, shown.rows[0].by_position.as_str()), (said, "+0.030"));
+        assert!(agreement(&of(&[None])).contains("no crossing by position"));
+        assert_eq!(agreement(&[lap(1, "timed", 100.0, true)]), "");
+    }
+
+    #[test]
     fn the_first_lines_say_best_lap_where_most_was_left_and_what_was_possible() {
         let laps = [
             lap(0, "out", 30.0, false),
@@ -376,7 +462,7 @@ mod tests {
             turn(2, 1, 0.0, 1.2),
             turn(2, 2, 0.0, 0.9),
         ];
-        let page = page(&laps, &corners).expect("laps");
+        let page = page(&laps, &corners, &[]).expect("laps");
         assert_eq!(page.verdict, "2 timed laps, best 1:40.00 ± 0.10 s (lap 2).");
         assert!(page.grip.contains("turn 1: 1.20 g, 96 %"), "{}", page.grip);
         assert!(page.grip.contains("left in turn 2: 0.90 g, 72 %"), "{}", page.grip);
@@ -385,6 +471,6 @@ mod tests {
         assert_eq!((page.rows[0].behind.as_str(), page.rows[2].behind.as_str()), ("", ""));
         assert_eq!(page.corners[0].faster, "lap 1 by 0.30 s");
         assert!(page.basis.contains("at least"));
-        assert!(super::page(&[], &[]).is_none());
+        assert!(super::page(&[], &[], &[]).is_none());
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod bench_points;
 pub(crate) mod bench_values;
 pub(crate) mod forces;
+pub(crate) mod lap_trends;
 pub(crate) mod laps;
 pub(crate) mod page;
 pub(crate) mod write;

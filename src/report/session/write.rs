@@ -78,7 +78,7 @@ impl Writer<'_> {
         page.compare(self.bench);
         let (lap_rows, corners) = self.stored.laps(ident)?;
         if !lap_rows.is_empty() {
-            page.laps = laps::page(&lap_rows, &corners);
+            page.laps = laps::page(&lap_rows, &corners, &self.stored.lap_trends(ident)?);
             drawn.laps = laps::figure(&lap_rows, &corners, &self.stored.lap_points(ident)?);
         }
         figures::share_time(&mut drawn.panels);

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use super::config::Config;
 use super::ground::{Ground, Point, dot, minus};
 use super::line::{Crossing, Line, Source};
+use super::markers::{Judged, by_position};
+use crate::contract::session::Markers;
 
 /// A lap may be this much longer or shorter than the others, as a share.
 const SAME: f64 = 0.06;
@@ -64,6 +66,8 @@ pub struct Lap {
     pub error: f64,
     /// m by the speed.
     pub distance: f64,
+    /// Of a lap by the logger's markers: its time by position over the same line less that by the markers, s.
+    pub position_difference: Option<f64>,
 }
 
 impl Lap {
@@ -76,8 +80,10 @@ impl Lap {
 /// The laps of a ride.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The line.
+    /// The line; of markers without positions its middle is NaN.
     pub line: Line,
+    /// Whether the times are the logger's own.
+    pub by_markers: bool,
     /// In order, the out lap first.
     pub laps: Vec<Lap>,
     /// Which is the fastest timed lap.
@@ -85,11 +91,23 @@ pub struct Found {
 }
 
 /// `None` where the ride is not one round a track.
-pub(crate) fn find(ground: &Ground, counter: Option<&[f64]>, config: &Config) -> Option<Found> {
+pub(crate) fn find(
+    ground: &Ground,
+    counter: Option<&[f64]>,
+    markers: &Markers,
+    judged: &Judged,
+    config: &Config,
+) -> Option<Found> {
     let of = |line: Line| laps(ground, line, config);
-    let given = config.line.is_some();
-    if given {
-        return Line::given(ground, config).and_then(of);
+    if let Some(ends) = config.line {
+        return Line::given(ground, ends, Source::Given, config).and_then(of);
+    }
+    if let Some(found) = by_markers(ground, judged, config) {
+        return Some(found);
+    }
+    let own = markers.line.and_then(|ends| Line::given(ground, ends, Source::Log, config));
+    if let Some(found) = own.and_then(of) {
+        return Some(found);
     }
     let logger = counter.and_then(|c| Line::of_counter(ground, c, config)).and_then(of);
     if logger.is_some() {
@@ -107,9 +125,48 @@ pub(crate) fn find(ground: &Ground, counter: Option<&[f64]>, config: &Config) ->
     best.map(|(_, found)| found)
 }
 
+/// The laps from the logger's markers, each held against the time by position.
+fn by_markers(ground: &Ground, judged: &Judged, config: &Config) -> Option<Found> {
+    let nowhere = Line {
+        middle: [f64::NAN; 2],
+        along: [f64::NAN; 2],
+        half_width: config.half_width,
+        source: Source::Markers,
+    };
+    let line = judged.line.unwrap_or(nowhere);
+    let mut found = between_crossings(ground, line, &judged.passages, config)?;
+    found.by_markers = true;
+    let crossings = judged.line.map(|l| l.crossings(ground, config)).unwrap_or_default();
+    let times = by_position(&judged.passages, &crossings);
+    let at = |time: f64| judged.passages.iter().position(|p| p.time == time);
+    let mut squares = Vec::new();
+    for lap in found.laps.iter_mut().filter(|l| l.kind == Kind::Timed) {
+        let [start, end] = [lap.start, lap.end].map(|t| at(t).and_then(|k| times[k]));
+        if let (Some(start), Some(end)) = (start, end) {
+            let difference = end - start - lap.duration();
+            lap.position_difference = Some(difference);
+            squares.push(difference * difference);
+        }
+    }
+    // markers and positions that disagree by more than a position's error: one of them is that wrong
+    let rms = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    for lap in found.laps.iter_mut().filter(|l| l.kind == Kind::Timed) {
+        lap.error = lap.error.max(rms);
+    }
+    Some(found)
+}
+
 /// The laps from a line's crossings.
 fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
-    let crossings = line.crossings(ground, config);
+    between_crossings(ground, line, &line.crossings(ground, config), config)
+}
+
+fn between_crossings(
+    ground: &Ground,
+    line: Line,
+    crossings: &[Crossing],
+    config: &Config,
+) -> Option<Found> {
     let (first, last) = (crossings.first()?, crossings.last()?);
     let lengths: Vec<f64> = crossings.windows(2).map(|c| c[1].ridden - c[0].ridden).collect();
     let usual = most_common(&lengths)?;
@@ -120,6 +177,7 @@ fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
         end: first.time,
         error: 0.0,
         distance: first.ridden,
+        position_difference: None,
     }];
     laps.extend(crossings.windows(2).map(|c| between(ground, &c[0], &c[1], usual)));
     let end = (ground.samples() - 1) as f64 / ground.rate;
@@ -129,15 +187,17 @@ fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
         end,
         error: 0.0,
         distance: total - last.ridden,
+        position_difference: None,
     });
     // a log that begins or ends on the line
     laps.retain(|l| l.duration() > 0.5 || l.kind == Kind::Timed);
     let timed = |(_, l): &(usize, &Lap)| l.kind == Kind::Timed;
     let best = laps.iter().enumerate().filter(timed);
     let best = best.min_by(|a, b| a.1.duration().total_cmp(&b.1.duration()))?.0;
-    // who gives a line says that it is a track
-    let track = line.source == Source::Given || is_track(ground, &laps, best, config);
-    track.then_some(Found { line, laps, best })
+    // who gives a line says that it is a track, and so does a logger that times laps
+    let said = matches!(line.source, Source::Given | Source::Markers);
+    let track = said || is_track(ground, &laps, best, config);
+    track.then_some(Found { line, by_markers: false, laps, best })
 }
 
 /// The length that most others are like, the shortest of such.
@@ -158,6 +218,7 @@ fn between(ground: &Ground, from: &Crossing, to: &Crossing, usual: f64) -> Lap {
         end: to.time,
         error: from.error.hypot(to.error),
         distance,
+        position_difference: None,
     }
 }
 

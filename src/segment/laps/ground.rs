@@ -43,25 +43,13 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// `None` where the ride has no speed or hardly any position.
+    /// `None` where the ride has no speed, or hardly any position and no markers of laps either.
     pub fn new(session: &Session) -> Option<Self> {
-        let (latitude, longitude) =
-            (session.get(Channel::Latitude)?, session.get(Channel::Longitude)?);
-        // a damaged log has places that are not on Earth
-        let known = |(a, b): (&f64, &f64)| a.abs() <= 90.0 && b.abs() <= 360.0;
-        let finite = latitude.iter().zip(longitude).filter(|&(a, b)| known((a, b))).count();
-        if 2 * finite < session.len {
-            return None;
-        }
-        let origin = [median_of_finite(latitude)?, median_of_finite(longitude)?];
-        let raw: Vec<Point> = latitude
-            .iter()
-            .zip(longitude)
-            .map(|(a, b)| match known((a, b)) {
-                true => metres(origin, [*a, *b]),
-                false => [f64::NAN; 2],
-            })
-            .collect();
+        let (raw, origin) = match places(session) {
+            Some(places) => places,
+            None if session.markers.times.is_empty() => return None,
+            None => (vec![[f64::NAN; 2]; session.len], [f64::NAN; 2]),
+        };
         let speed = held(session.get(Channel::VelocityX)?);
         let mut sum = 0.0;
         let ridden = speed
@@ -107,6 +95,23 @@ impl Ground {
     pub fn ridden_at(&self, time: f64) -> f64 {
         interpolated(&self.ridden, time * self.rate)
     }
+}
+
+/// Positions, m, and their origin, degrees; `None` where there are hardly any.
+fn places(session: &Session) -> Option<(Vec<Point>, Point)> {
+    let (latitude, longitude) = (session.get(Channel::Latitude)?, session.get(Channel::Longitude)?);
+    // a damaged log has places that are not on Earth
+    let known = |(a, b): (&f64, &f64)| a.abs() <= 90.0 && b.abs() <= 360.0;
+    let finite = latitude.iter().zip(longitude).filter(|&(a, b)| known((a, b))).count();
+    if 2 * finite < session.len {
+        return None;
+    }
+    let origin = [median_of_finite(latitude)?, median_of_finite(longitude)?];
+    let point = |(a, b)| match known((a, b)) {
+        true => metres(origin, [*a, *b]),
+        false => [f64::NAN; 2],
+    };
+    Some((latitude.iter().zip(longitude).map(point).collect(), origin))
 }
 
 /// A vector of length one; none of a vector shorter than a decimetre.

@@ -23,6 +23,10 @@ const ASKEW: f64 = 0.7;
 pub enum Source {
     /// The settings.
     Given,
+    /// The logger's markers.
+    Markers,
+    /// The log's own line.
+    Log,
     /// The logger's counter.
     Logger,
     /// The fastest part.
@@ -34,6 +38,8 @@ impl Source {
     pub fn name(self) -> &'static str {
         match self {
             Source::Given => "given",
+            Source::Markers => "markers",
+            Source::Log => "log",
             Source::Logger => "logger",
             Source::Found => "found",
         }
@@ -162,18 +168,33 @@ impl Line {
         Crossing { time, error, speed, ridden: ground.ridden_at(time) }
     }
 
-    /// The line of the settings, in the direction in which it is crossed more often.
-    pub fn given(ground: &Ground, config: &Config) -> Option<Self> {
-        let [a, b] = config.line?.map(|end| ground.point(end));
+    /// A line from end to end (latitude and longitude, degrees), in the direction in which it is crossed more often.
+    pub fn given(
+        ground: &Ground,
+        ends: [[f64; 2]; 2],
+        source: Source,
+        config: &Config,
+    ) -> Option<Self> {
+        let [a, b] = ends.map(|end| ground.point(end));
         let across = unit(minus(b, a))?;
         let line = Line {
             middle: [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])],
             along: [across[1], -across[0]],
             half_width: 0.5 * minus(b, a)[0].hypot(minus(b, a)[1]),
-            source: Source::Given,
+            source,
         };
         let counts = [line, line.reversed()].map(|l| l.crossings(ground, config).len());
         Some(if counts[1] > counts[0] { line.reversed() } else { line })
+    }
+
+    /// Through the middle of places with their directions of travel, across their mean direction.
+    pub fn through(places: &[(Point, Point)], half_width: f64, source: Source) -> Option<Self> {
+        let mean = |of: fn(&(Point, Point)) -> f64| {
+            places.iter().map(of).sum::<f64>() / places.len() as f64
+        };
+        let middle = [mean(|p| p.0[0]), mean(|p| p.0[1])];
+        let along = unit([mean(|p| p.1[0]), mean(|p| p.1[1])])?;
+        Some(Line { middle, along, half_width, source })
     }
 
     /// Where the logger's counter goes up by one: the middle of those places.
@@ -184,12 +205,7 @@ impl Line {
             .filter(|&i| ground.known(i))
             .filter_map(|i| Some((ground.at[i], ground.direction(i)?)))
             .collect();
-        let mean = |of: fn(&(Point, Point)) -> f64| {
-            places.iter().map(of).sum::<f64>() / places.len() as f64
-        };
-        let middle = [mean(|p| p.0[0]), mean(|p| p.0[1])];
-        let along = unit([mean(|p| p.1[0]), mean(|p| p.1[1])])?;
-        let line = Line { middle, along, half_width: config.half_width, source: Source::Logger };
+        let line = Line::through(&places, config.half_width, Source::Logger)?;
         // a counter that rises anywhere is none of laps
         let far = |p: &(Point, Point)| {
             line.coordinates(p.0).iter().any(|d| d.abs() > 2.0 * config.half_width)

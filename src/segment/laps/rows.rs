@@ -9,13 +9,20 @@ use super::ground::{Ground, MOVING};
 use super::trace::{Stations, Trace};
 use crate::contract::session::Session;
 use crate::statistics::order::quantile;
-use crate::store::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
+use crate::store::tables::rows::{
+    Ident, LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
+};
 
 /// The rows of a track session's laps.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Laps {
     /// Of the table `laps`.
     pub laps: Vec<LapRow>,
+    /// Of the table `lap_trends`: what the tyres did over the laps; from the fit of the ride.
+    pub trends: Vec<LapTrendRow>,
+    /// Of the table `lap_coefficients`.
+    #[serde(skip)]
+    pub coefficients: Vec<LapCoefficientRow>,
     /// Of the table `lap_corners`.
     pub corners: Vec<LapCornerRow>,
     /// Of the table `lap_points`; not handed on by workers.
@@ -153,8 +160,10 @@ fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident
         lap: number as i64,
         kind: lap.kind.name().to_owned(),
         line: found.line.source.name().to_owned(),
-        line_latitude: ground.place(found.line.middle)[0],
-        line_longitude: ground.place(found.line.middle)[1],
+        line_latitude: finite(ground.place(found.line.middle)[0]),
+        line_longitude: finite(ground.place(found.line.middle)[1]),
+        timed_by: if found.by_markers { "markers" } else { "position" }.to_owned(),
+        position_difference: lap.position_difference,
         best: number == found.best,
         start: lap.start,
         duration: lap.duration(),

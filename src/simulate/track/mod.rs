@@ -7,10 +7,12 @@
 //!
 //! Nothing of it is made for an estimate: no coasting in neutral, no single brake, no steady turn. The slope acts
 //! as a force along the heading at the aerodynamic centre, which is about the mass centre's height; banked corners,
-//! kerbs and the tyres' warming are left out.
+//! kerbs and the tyres' warming are left out. Tyres that fade lose a share of their forces (`fade`) evenly over the
+//! distance of the session.
 
 pub(crate) mod circuit;
 pub(crate) mod drivetrain;
+mod fade;
 pub(crate) mod ridden;
 pub(crate) mod rider;
 pub(crate) mod scenario;
@@ -39,6 +41,7 @@ use crate::simulate::error::Error;
 use crate::simulate::multibody::joint;
 use crate::simulate::multibody::run::{Fall, Run};
 use crate::statistics::random::Random;
+use crate::tyre::tyre_model::TyreModel;
 
 /// Longest integration step, s.
 const STEP: f64 = 0.002;
@@ -66,10 +69,17 @@ pub fn ride(track: &Track, number: usize) -> Result<TrackRide, Error> {
 }
 
 /// One attempt; it may end in a fall.
-fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, Error> {
+fn attempted(track: &Track, mut entry: Entry, number: usize) -> Result<TrackRide, Error> {
     let decisions = (100.0 / track.rate).ceil().max(1.0) as usize;
     let period = 1.0 / (track.rate * decisions as f64);
     let substeps = (period / STEP).ceil().max(1.0) as usize;
+    let left = fade::Left::all();
+    if track.fade != 0.0 {
+        let fading =
+            |base| Box::new(fade::Fading { base, left: left.clone() }) as Box<dyn TyreModel>;
+        entry.model.motorcycle.tyres = entry.model.motorcycle.tyres.map(|tyres| tyres.map(fading));
+    }
+    let entry = entry;
     let model = &entry.model;
     let steering =
         Preview::new(model, Target::Roll, period).map_err(|e| Error::Ride(e.to_string()))?;
@@ -105,6 +115,8 @@ fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, Er
             let speed = run.state.velocity.linear.x;
             unsteady.act(&mut action, &controls, speed);
             let along = rider.hands.along;
+            let progress = along / (track.laps as f64 * entry.circuit.length);
+            left.set(1.0 - track.fade * progress.clamp(0.0, 1.0));
             let here = entry.circuit.next_corner[entry.circuit.index(along)];
             if here != corner {
                 // pads bite anew in every corner; the slope is the track's, not drawn
@@ -146,6 +158,8 @@ fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, Er
             break;
         }
     }
+    // truths of the session are those of its middle
+    left.set(1.0 - 0.5 * track.fade);
     let meta = Meta {
         session_id: id.clone(),
         bike_id: entry.bike.bike_id.clone(),

@@ -43,6 +43,8 @@ struct File {
     name: String,
     description: String,
     laps: usize,
+    #[serde(default)]
+    fade: f64,
     #[serde(default = "one")]
     sessions: usize,
     #[serde(default)]
@@ -101,6 +103,8 @@ pub struct Track {
     pub sessions: usize,
     /// Laps of each.
     pub laps: usize,
+    /// Share of the tyres' horizontal forces that is gone at the end of a session; it goes evenly.
+    pub fade: f64,
     /// Of all randomness.
     pub seed: u64,
     /// Of the contract's log, Hz.
@@ -183,6 +187,7 @@ impl Track {
             }
         };
         within("laps", given.laps as f64, 1.0, 100.0)?;
+        within("fade", given.fade, -0.5, 0.5)?;
         within("sessions", given.sessions as f64, 1.0, 100_000.0)?;
         within("rate", given.rate, 50.0, 500.0)?;
         for (name, range, [low, high]) in [
@@ -208,6 +213,7 @@ impl Track {
             description: given.description,
             sessions: given.sessions,
             laps: given.laps,
+            fade: given.fade,
             seed: given.seed,
             rate: given.rate,
             float32: given.float32,

@@ -13,8 +13,10 @@ pub struct LapRow {
     pub lap: i64,
     pub kind: String,
     pub line: String,
-    pub line_latitude: f64,
-    pub line_longitude: f64,
+    pub line_latitude: Option<f64>,
+    pub line_longitude: Option<f64>,
+    pub timed_by: String,
+    pub position_difference: Option<f64>,
     pub best: bool,
     pub start: f64,
     pub duration: f64,
@@ -30,6 +32,44 @@ pub struct LapRow {
     pub friction_used_95: Option<f64>,
     pub friction_available: Option<f64>,
     pub friction_basis: Option<String>,
+}
+
+/// A row of `lap_coefficients`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct LapCoefficientRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub lap: i64,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub value: f64,
+    pub change: f64,
+    pub change_std_error: f64,
+    pub n_samples: i64,
+}
+
+/// A row of `lap_trends`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct LapTrendRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub value: f64,
+    pub n_laps: i64,
+    pub change_per_lap: f64,
+    pub std_error: f64,
+    pub ci95_low: f64,
+    pub ci95_high: f64,
+    pub change: f64,
+    pub change_low: f64,
+    pub change_high: f64,
+    pub scatter: f64,
+    pub verdict: String,
 }
 
 /// A row of `lap_corners`.

@@ -159,6 +159,8 @@ tables! {
     LAPS: "laps", LapRow, Session, Run, WhereItApplies;
     LAP_CORNERS: "lap_corners", LapCornerRow, Session, Run, WhereItApplies;
     LAP_POINTS: "lap_points", LapPointRow, Session, Run, WhereItApplies;
+    LAP_COEFFICIENTS: "lap_coefficients", LapCoefficientRow, Session, Run, WhereItApplies;
+    LAP_TRENDS: "lap_trends", LapTrendRow, Session, Run, WhereItApplies;
     SIGNALS: "signals", -, Session, Run, OnRequest;
     FLEET: "fleet", FleetRow, Fleet, Run, Always;
     FLEET_POOLED: "fleet_pooled", PooledRow, Fleet, Run, Always;

@@ -9,7 +9,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::ident::Ident;
-pub(crate) use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
+pub(crate) use super::lap_rows::{
+    LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
+};
 use crate::contract::reason::Reason;
 pub(crate) use crate::contract::status::Status;
 

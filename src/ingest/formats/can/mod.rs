@@ -68,7 +68,7 @@ impl Format for Can {
         let database = Database::read(aids)?;
         let mut collector = Collector::new(&database, wanted);
         frames::each(log, &mut |frame| collector.take(frame))?;
-        Ok(Decoded { columns: collector.columns(wanted), warnings: Vec::new() })
+        Ok(Decoded { columns: collector.columns(wanted), ..Decoded::default() })
     }
 }
 

@@ -186,6 +186,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
         map: Some(map.name),
+        ..Raw::default()
     })
 }
 

@@ -97,7 +97,8 @@ fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded
     };
     let values: Vec<Vec<f64>> = wanted.iter().map(column).collect();
     let columns = names.into_iter().zip(values).collect();
-    Ok(Decoded { columns: clocks::separate(time, columns, |_, _| false), warnings: read.warnings })
+    let columns = clocks::separate(time, columns, |_, _| false);
+    Ok(Decoded { columns, warnings: read.warnings, ..Decoded::default() })
 }
 
 /// Stamps in seconds, those that are coarser than the rows spread over them.

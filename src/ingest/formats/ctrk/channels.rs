@@ -118,6 +118,13 @@ pub(super) fn columns(contents: &Contents<'_>) -> Vec<(Column, &'static str)> {
     out
 }
 
+/// When the logger passed its start line, s since the first record.
+pub(super) fn laps(contents: &Contents<'_>) -> Vec<f64> {
+    let Some(start) = contents.records.first().map(|r| r.stamp) else { return Vec::new() };
+    let laps = contents.records.iter().filter(|r| r.payload == Payload::Lap);
+    laps.map(|r| (r.stamp - start) as f64 * 1e-3).collect()
+}
+
 /// The first GPS time, as ms since 1970 of the record that everything counts from.
 pub(super) fn start_by_gps(contents: &Contents<'_>) -> Option<i64> {
     let start = contents.records.first()?.stamp;

@@ -4,7 +4,7 @@
 //! try it on.
 
 use crate::contract::rejection::RejectionCode;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
@@ -74,7 +74,8 @@ impl Format for Ctrk {
         let columns = columns(log, &contents)?;
         let find = |c: &&SourceChannel| columns.iter().find(|(col, _)| col.name == c.name);
         let columns = wanted.iter().filter_map(find).map(|(c, _)| c.clone()).collect();
-        Ok(Decoded { columns, warnings: Vec::new() })
+        let markers = Markers { times: channels::laps(&contents), line: None };
+        Ok(Decoded { columns, markers, ..Decoded::default() })
     }
 }
 

@@ -8,7 +8,7 @@
 //! "HEAD", 48 bytes, then entries: size u32, name length u8, name, value
 //! records: kind u16, size u16, ms u16, s, min, h, weekday, day, month u8, year u16, payload
 //!   1 CAN: identifier u16, 0 u16, length u8, data (big-endian)    2 GPS: a $GPRMC sentence
-//!   5 lap
+//!   5 lap: its time in ms u32, 0 u32; stamped when the logger passed its line
 //! {"Attribute": [{"Key": .., "Value": ..}, ..]}
 //! ```
 
@@ -37,6 +37,8 @@ pub(super) enum Payload<'a> {
     Can(u16, &'a [u8]),
     /// A sentence of the GPS.
     Gps(&'a [u8]),
+    /// The logger passed its start line.
+    Lap,
     /// Anything else.
     Other,
 }
@@ -92,6 +94,7 @@ pub(super) fn split(bytes: &[u8]) -> Contents<'_> {
             let payload = match kind {
                 1 if payload.len() >= 5 => Payload::Can(u16_at(payload, 0), &payload[5..]),
                 2 => Payload::Gps(payload),
+                5 => Payload::Lap,
                 _ => Payload::Other,
             };
             contents.records.push(Record { stamp, payload });

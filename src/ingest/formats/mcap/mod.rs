@@ -119,7 +119,7 @@ impl Format for Mcap {
                 values: values.cloned().unwrap_or_default(),
             }
         };
-        Ok(Decoded { columns: wanted.iter().map(column).collect(), warnings })
+        Ok(Decoded { columns: wanted.iter().map(column).collect(), warnings, ..Decoded::default() })
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChann
     let mut collector = Collector::new(database, &places);
     // `list` has given the warnings already
     each(file, &mut |frame| collector.take(frame), &mut Vec::new());
-    Decoded { columns: collector.columns(&places), warnings: Vec::new() }
+    Decoded { columns: collector.columns(&places), ..Decoded::default() }
 }
 
 fn each(

@@ -90,7 +90,7 @@ impl Format for Mdf {
                 if bus::is_signal(channel) { of_frames.next() } else { columns.next() }
             };
             let columns = wanted.iter().filter_map(next).collect();
-            Ok(Decoded { columns, warnings: decoded.warnings })
+            Ok(Decoded { columns, ..decoded })
         })
     }
 }

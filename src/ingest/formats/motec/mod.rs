@@ -1,11 +1,11 @@
-//! MoTeC `.ld` logs; [`ld`] has the bytes.
+//! MoTeC `.ld` logs; [`ld`] has the bytes, [`ldx`] the laps, which MoTeC keeps in a file of their own beside the log.
 
 use std::collections::HashMap;
 use std::io::BufReader;
 use std::sync::Arc;
 
 use crate::contract::rejection::RejectionCode;
-use crate::contract::session::Meta;
+use crate::contract::session::{Markers, Meta};
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::Format;
@@ -21,6 +21,7 @@ use crate::store::objects::source;
 use crate::store::objects::source::Source;
 
 mod ld;
+mod ldx;
 
 /// MoTeC `.ld`.
 #[derive(Debug)]
@@ -93,7 +94,8 @@ impl Format for Ld {
             });
             columns.push(Column { name: source.full(), time: Arc::clone(time), values });
         }
-        Ok(Decoded { columns, warnings: Vec::new() })
+        let (times, warnings) = ldx::beacons(log);
+        Ok(Decoded { columns, warnings, markers: Markers { times, line: None } })
     }
 }
 

@@ -62,6 +62,14 @@ impl Facts {
         (number > 0.0 && number.is_finite()).then_some(number)
     }
 
+    /// When the logger passed its start line, s since its start, as `Beacon Markers` lists it: cells of their own or one
+    /// cell with blanks between. A logger may list splits and the end of the log, too.
+    pub(crate) fn beacons(&self) -> Vec<f64> {
+        let words = self.get("Beacon Markers").unwrap_or_default().split([' ', ';']);
+        let number = |word: &str| word.trim_end_matches(',').replace(',', ".").parse().ok();
+        words.filter_map(number).filter(|t: &f64| t.is_finite()).collect()
+    }
+
     /// Session metadata.
     pub(crate) fn meta(&self, keys: &HeaderKeys) -> Meta {
         let text = |key: &str| self.get(key).map(str::to_owned);
@@ -145,6 +153,15 @@ mod tests {
         assert_eq!(facts.get("session"), Some("FP1"));
         assert_eq!(facts.get("Driver"), None);
         assert_eq!(facts.number("Sample Rate"), Some(100.0));
+        assert!(facts.beacons().is_empty());
+        for cells in [
+            &["Beacon Markers", "82.915", "164.3"][..],
+            &["Beacon Markers", "82.915 164.3 ", ""],
+            &["Beacon Markers", "82.915, 164.3"],
+            &["Beacon markers", "82,915", "164,3"],
+        ] {
+            assert_eq!(Facts::of_cells(&[line(cells)]).beacons(), [82.915, 164.3], "{cells:?}");
+        }
         let comments =
             ["// General information:", "//  Update Rate: 40.0Hz", "// Start Time: Unknown"];
         let facts = Facts::of_comments(comments.into_iter());

@@ -13,6 +13,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::contract::rejection::RejectionCode;
+use crate::contract::session::Markers;
 use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::stamps::text::Kind;
@@ -46,6 +47,8 @@ struct Dialect {
     epoch: bool,
     /// Rows of units (and sources) between names and numbers.
     notes: usize,
+    /// Names of the column that counts laps, by which its readers find them.
+    laps: &'static [&'static str],
     /// The keys that matter.
     keys: HeaderKeys,
 }
@@ -55,6 +58,7 @@ const MOTEC: Dialect = Dialect {
     clock: &["Time"],
     epoch: false,
     notes: 1,
+    laps: &[],
     keys: HeaderKeys {
         vehicle: "Vehicle",
         driver: &["Driver"],
@@ -69,6 +73,7 @@ const AIM: Dialect = Dialect {
     clock: &["Time"],
     epoch: false,
     notes: 1,
+    laps: &[],
     keys: HeaderKeys {
         vehicle: "Vehicle",
         driver: &["Racer", "User"],
@@ -83,6 +88,7 @@ const RACECHRONO: Dialect = Dialect {
     clock: &["timestamp", "Time (s)"],
     epoch: true,
     notes: 2,
+    laps: &["lap_number", "Lap #"],
     keys: HeaderKeys {
         vehicle: "",
         driver: &["Driver name"],
@@ -258,6 +264,8 @@ impl Dialect {
         let names: Vec<String> = wanted.iter().map(|c| c.full()).collect();
         let mut places: Vec<cells::Wanted<'_>> =
             names.iter().zip(wanted).map(|(name, c)| (name.as_str(), c.place[0])).collect();
+        let counter = self.laps.iter().find_map(|name| table.names.iter().position(|n| n == name));
+        places.extend(counter.map(|place| ("laps", place)));
         if let Clock::Column(place, _) = clock {
             places.push((&table.names[place], place));
         } else if places.is_empty() {
@@ -282,12 +290,34 @@ impl Dialect {
                 (0..rows).map(|i| i as f64 / rate).collect()
             }
         };
+        let mut times = facts.beacons();
+        if counter.is_some() {
+            times.extend(rises(&time, &read.columns.pop().unwrap_or_default()));
+        }
         let columns = names.into_iter().zip(read.columns).collect();
         Ok(Decoded {
             columns: clocks::separate(time, columns, |_, _| false),
             warnings: read.warnings,
+            markers: Markers { times, line: None },
         })
     }
+}
+
+/// Stamps of the rows in which a counter of laps goes up by one, or begins after the first row. RaceChrono puts a row in
+/// where its line was passed, between those of the receiver.
+fn rises(time: &[f64], counter: &[f64]) -> Vec<f64> {
+    let mut last: Option<f64> = None;
+    let mut out = Vec::new();
+    for (i, (time, count)) in
+        time.iter().zip(counter).enumerate().filter(|(_, (_, c))| c.is_finite())
+    {
+        let rose = last.is_none_or(|last| count - last == 1.0);
+        if rose && i > 0 {
+            out.push(*time);
+        }
+        last = Some(*count);
+    }
+    out
 }
 
 /// Columns of a table's rows.

@@ -114,7 +114,7 @@ impl Format for RaceBox {
             .map(|c| (c.full(), std::mem::take(&mut read.columns[c.place[0]])))
             .collect();
         let columns = clocks::separate(read.time, columns, |_, _| false);
-        Ok(Decoded { columns, warnings: Vec::new() })
+        Ok(Decoded { columns, ..Decoded::default() })
     }
 }
 

@@ -111,7 +111,8 @@ impl Format for Xsens {
             (channel.full(), values)
         };
         let columns = wanted.iter().map(values).collect();
-        Ok(Decoded { columns: clocks::separate(time.clone(), columns, |_, _| false), warnings })
+        let columns = clocks::separate(time.clone(), columns, |_, _| false);
+        Ok(Decoded { columns, warnings, ..Decoded::default() })
     }
 }
 
