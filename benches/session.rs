@@ -16,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use roadbench::Laps;
 use roadbench::internals::batch::jobs::run::RunWork;
 use roadbench::internals::batch::workers::scheduler as engine;
 use roadbench::internals::batch::{Maps, Settings};
@@ -174,8 +175,9 @@ fn by_stage(
     let coefficients = stages.plain("rows", || {
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
-    let plots = stages
-        .plain("plots", || plots::road::rows(&session, &segments, &data, &solution, &coefficients));
+    let plots = stages.plain("plots", || {
+        plots::road::rows(&session, &segments, &data, &solution, &coefficients, &Laps::default())
+    });
     stages.time("(encoding)", || {
         let coefficients = file::to_bytes(&coefficients)?;
         Ok::<_, file::Error>((coefficients, file::to_bytes(&plots)?))

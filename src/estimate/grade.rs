@@ -267,7 +267,7 @@ mod tests {
         let (rate, n) = (10.0, 12_000);
         let mut random = Random::new(seed, "grade");
         let mut error = Coloured::new(slow, 60.0, 1.0 / rate, &mut random);
-        let (mut along, mut height) = (0.0, 300.0);
+        let (mut along, mut height) = (0.0_f64, 300.0);
         let mut session = Session::new(Meta::default(), rate, n);
         let (mut speed, mut altitude, mut truth) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..n {

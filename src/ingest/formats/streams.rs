@@ -190,7 +190,7 @@ impl Streams {
             columns.extend(places.into_iter().zip(clocks::separate(time, lines, |_, _| false)));
         }
         columns.sort_by_key(|(k, _)| *k);
-        Decoded { columns: columns.into_iter().map(|(_, c)| c).collect(), warnings: Vec::new() }
+        Decoded { columns: columns.into_iter().map(|(_, c)| c).collect(), ..Decoded::default() }
     }
 }
 

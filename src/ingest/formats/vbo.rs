@@ -557,7 +557,8 @@ mod tests {
             "start -0.9749 51.991666 -0.9751 51.991667",
         ] {
             let (line, warnings) = line(start);
-            let off = line.expect(start).iter().flatten().zip(right.iter().flatten());
+            let line = line.expect(start);
+            let off = line.iter().flatten().zip(right.iter().flatten());
             assert!(off.into_iter().all(|(a, b)| (a - b).abs() < 2e-6), "{start}: {line:?}");
             assert!(warnings.is_empty());
         }
