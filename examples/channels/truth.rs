@@ -64,7 +64,7 @@ pub fn expected(profile: &str) -> &'static [Expected] {
             of(WheelSpeedRear, "v_rear", "km/h", 1.0, 0.0), of(BrakePressureFront, "p_brake_fr", "bar", 1.0, 0.0),
             of(BrakePressureRear, "p_brake_rr", "bar", 1.0, 0.0), of(Throttle, "pos_throttle", "%", 1.0, 0.0),
             of(Gear, "gear", "1", 1.0, 0.0), of(Latitude, "lat_gps", "deg", 1.0, 0.12),
-            of(Longitude, "lon_gps", "deg", 1.0, 0.12), of(Altitude, "altitude_gps", "m", 1.0, 0.12),
+            of(Longitude, "lon_gps", "deg", 1.0, 0.12),
         ] },
         "phone" => const { &[
             of(VelocityX, "Speed", "km/h", 1.0, 0.0), of(Latitude, "Latitude", "deg", 1.0, 0.0),

@@ -326,7 +326,9 @@ fn markers_that_cannot_be_right_are_said_and_left_out() {
     let found = found.expect("laps").1;
     assert!(!found.by_markers && timed(&found).len() >= 4 && warnings.len() == 1, "{warnings:?}");
     // who gives a line means it
-    let line = [-20.0, 20.0].map(|d| track::position([place(0.3)[0] + d, place(0.3)[1]]));
+    let ([x, y], [ahead_x, ahead_y]) = (place(0.6), place(0.601));
+    let [dx, dy] = [ahead_x - x, ahead_y - y].map(|d| d / (ahead_x - x).hypot(ahead_y - y));
+    let line = [-20.0, 20.0].map(|d| track::position([x - d * dy, y + d * dx]));
     session.markers.times = right;
     let config = Config { line: Some(line), ..Config::default() };
     let found = detect(&session, &config).expect("laps").1;
