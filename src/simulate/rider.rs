@@ -176,9 +176,11 @@ impl<'a> Rider<'a> {
         lean.angle += jitter;
         action.steer = steer(self.plant, state, response, &lean);
         let ridden = state.vx * self.dt;
-        let share = ridden / self.disturbance.bend;
         // without a bend at once, also where nothing is ridden
-        let share = if share < 1.0 { share } else { 1.0 };
+        let share = match self.disturbance.bend {
+            bend if bend > 0.0 => (ridden.abs() / bend).min(1.0),
+            _ => 1.0,
+        };
         self.grade += (self.next_grade - self.grade) * share;
         self.height += ridden * self.grade;
         let running = (state.vx / 2.0).clamp(0.0, 1.0);
