@@ -10,7 +10,7 @@ use crate::contract::coefficient::{Coefficient as C, SLALOM};
 use crate::contract::status::Status;
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
-use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
+use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan, scenario};
 use crate::pipeline::Pipeline;
 use crate::pipeline::predicted::{Expected, Predicted};
 use crate::simulate::scenario::BUILTIN;
@@ -51,11 +51,12 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     };
     let steps = match Tour::load(&arguments.scenario).map_err(Failure::usage)? {
         Some(_) => None,
-        None => Some(Steps::begin(
-            bar,
-            crate::simulate::effects::ALL.len(),
-            "effects on a simulated ride",
-        )),
+        None => {
+            // what is wrong is said before anything begins
+            scenario(&arguments.scenario).map_err(Failure::usage)?;
+            let effects = crate::simulate::effects::ALL.len();
+            Some(Steps::begin(bar, effects, "effects on a simulated ride"))
+        }
     };
     let planned = plan(&arguments.scenario, &pipeline);
     drop(steps);

@@ -22,7 +22,7 @@ use crate::superbike;
 const LABELS: [&str; 1] = ["name"];
 /// What none of the rides here shows: they would take a rider off the line, a sensor stuck for just that long, whoops of just
 /// that many bumps, unlike clocks, both brakes for a part of a stop.
-const UNSEEN: [&str; 8] = [
+const UNSEEN: [&str; 9] = [
     "segment.braking.least_share",
     "segment.braking.rear_share",
     "laps.half_width",
@@ -30,6 +30,8 @@ const UNSEEN: [&str; 8] = [
     "ingest.stuck_time",
     "offroad.max_lag",
     "segment.offroad.whoops_count",
+    // no ride here has an altitude: `tests/it/hills.rs`
+    "estimate.grade",
     // the only other value is that of the pipeline `onroad`
     "paper: estimate.formulation",
 ];

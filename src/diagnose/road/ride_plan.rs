@@ -88,7 +88,10 @@ pub fn plan(name_or_path: &str, pipeline: &Pipeline) -> Result<RidePlan, FileErr
 }
 
 /// The scenario of a plan of effects.
-fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
+///
+/// # Errors
+/// There is none of that name, or another simulator rides it.
+pub(crate) fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
     let others = [
         Motocross::load(name_or_path)?.is_some(),
         Track::load(name_or_path)?.is_some(),

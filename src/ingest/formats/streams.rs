@@ -242,7 +242,8 @@ mod tests {
         ride.add_speed(["lat", "lon"], &["speed"]);
         let speed = ride.get(COMPUTED).expect("computed");
         for (i, v) in speed.iter().enumerate() {
-            assert!(v.is_nan() == (i == 30) && !((v - 11.11).abs() > 0.05), "{i}: {v}");
+            let far = (v - 11.11).abs() > 0.05;
+            assert!(v.is_nan() == (i == 30) && !far, "{i}: {v}");
         }
         let mut ride = stream();
         ride.set("speed", Some("m/s"), 3.0);
