@@ -130,7 +130,7 @@ struct Arguments {
 fn main() {
     let Arguments { rides, seed } = clap::Parser::parse();
     println!(
-        "| slope | altitude | coefficient | median error | half width | `ok` | hold the truth |"
+        "| slope | altitude | coefficient | median error | half width | `ok` | contain the true value |"
     );
     println!("|---|---|---|---|---|---|---|");
     for grade in [0.0, 0.045] {

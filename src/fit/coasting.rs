@@ -9,7 +9,7 @@
 //! freely under gentle engine power too ([`free_rolling`]).
 //!
 //! The printed form has neither the wheels' inertia nor the slope of the test strip. Altitude or climb show
-//! it sample by sample ([`crate::estimate::grade`]); both directions of travel separate what is left of it from rolling resistance.
+//! it sample by sample ([`crate::estimate::grade`]); both directions of travel separate its remainder from rolling resistance.
 
 use crate::GRAVITY;
 use crate::contract::coefficient::{Coefficient, Id};

@@ -286,8 +286,8 @@ impl File {
         match date {
             Some(date) => streams.meta.start_time = start_time(date),
             None => {
-                let told = "unknown: the device's clock was not set";
-                streams.facts.push(("start".to_owned(), told.to_owned()));
+                let fact = "unknown: the device's clock was not set";
+                streams.facts.push(("start".to_owned(), fact.to_owned()));
             }
         }
     }
@@ -297,8 +297,8 @@ impl File {
         self.laps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let others = self.laps.iter().filter(|l| !BY_LINE.contains(&l.1.as_str())).count();
         if others > 0 {
-            let told = format!("{others} of {} by way or time: not counted", self.laps.len());
-            streams.facts.push(("laps".to_owned(), told));
+            let fact = format!("{others} of {} by distance or time: not counted", self.laps.len());
+            streams.facts.push(("laps".to_owned(), fact));
             return;
         }
         let records = streams.all.iter_mut().find(|s| s.group == MesgNum::Record.to_string());
