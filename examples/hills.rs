@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Prints for drag, rolling resistance and what else depends on the slope how far off the value is, how wide the interval
-//! and how often it holds the truth: of 40 rides on level road, and on slopes of 4.5 % (one standard deviation).
+//! and how often it contains the true value: of 40 rides on level road, and on slopes of 4.5 % (one standard deviation).
 
 use std::collections::BTreeMap;
 
@@ -50,7 +50,7 @@ pub struct Tally {
     pub widths: Vec<f64>,
     /// `ok` values.
     pub ok: usize,
-    /// `ok` values whose interval holds the truth.
+    /// `ok` values whose interval contains the true value.
     pub inside: usize,
 }
 

@@ -49,6 +49,7 @@ pub(super) fn run(
         known = Some(extended);
     }
     let bike = known.as_ref().unwrap_or(bike);
+    let is_grade_logged = ride.has(Channel::Grade);
     let mut ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
     let mut leant = Vec::new();
     // a diagnosis' model has its own side force ratios
@@ -60,7 +61,7 @@ pub(super) fn run(
     {
         leant = changing_lean(&ridden.session, &found.stretches);
     }
-    let Characterised { session: ride, segments, data, solution, warnings: more, .. } = ridden;
+    let Characterised { session: mut ride, segments, data, solution, warnings: more, .. } = ridden;
     noticed.extend(more);
 
     let ident = Ident::from(&ride.meta);
@@ -110,6 +111,10 @@ pub(super) fn run(
     };
     let plots = plots::road::rows(&ride, &segments, &data, &solution, &coefficients, &laps);
     let warnings = warnings(&ident, noticed);
+    if !is_grade_logged {
+        // what the altitude gave is no channel of the log
+        ride.remove(Channel::Grade);
+    }
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     Ok(Outcome {
         session,
