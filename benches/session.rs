@@ -176,7 +176,15 @@ fn by_stage(
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
     let plots = stages.plain("plots", || {
-        plots::road::rows(&session, &segments, &data, &solution, &coefficients, &Laps::default())
+        plots::road::rows(
+            &session,
+            &segments,
+            &data,
+            &solution,
+            &coefficients,
+            &Laps::default(),
+            &[],
+        )
     });
     stages.time("(encoding)", || {
         let coefficients = file::to_bytes(&coefficients)?;

@@ -61,8 +61,14 @@ pub fn ridden(road: Road, rides: usize, seed: u64) -> BTreeMap<String, Tally> {
     scenario.disturbance.grade = road.grade;
     scenario.disturbance.bend = 40.0;
     // a receiver: metres of slow error, decimetres of noise
-    let receiver =
-        Sensor { white: 0.2, slow: 2.0, slow_time: 60.0, bias: 5.0, quantum: 0.1, latency: 0.0 };
+    let receiver = Sensor {
+        white: 0.2,
+        slow: 2.0,
+        slow_time: 60.0,
+        bias: 5.0,
+        quantum: 0.1,
+        ..Sensor::default()
+    };
     scenario.sensors.insert(Channel::Altitude.name().to_owned(), receiver);
     let pipeline = Pipeline::onroad();
     let of = |number: usize| {

@@ -617,7 +617,7 @@ pub mod simulate {
         pub use crate::simulate::scenario::{BUILTIN, Machine, Scenario};
     }
     pub mod sensors {
-        pub use crate::simulate::sensors::{Sensor, clamp_physical, measure};
+        pub use crate::simulate::sensors::{Sensor, Sensors, clamp_physical, measure};
     }
     pub mod strapdown {
         pub use crate::simulate::strapdown::{Axes, Receiver, Unit, crabbing, record, truth};
@@ -636,6 +636,9 @@ pub mod simulate {
     }
     pub mod transients {
         pub use crate::simulate::transients::Transients;
+    }
+    pub mod wheel_sensors {
+        pub use crate::simulate::wheel_sensors::of_multibody;
     }
     pub mod truth {
         pub use crate::simulate::truth::{coefficients, of_corners};

@@ -102,8 +102,22 @@ impl Requirement {
         // what asks for the handlebar is too fine for a course
         let is_fine = self.channels.contains(&C::SteerAngle);
         let turns = !is_fine && TURNING.iter().any(|way| way.iter().all(|c| valid(*c)));
+        // a sensor of the wheel's own does without the motion of the frame
+        let is_slipping = self.channels.contains(&C::VelocityY);
+        let has_slip_angle = match self.part {
+            Part::Front => valid(C::SlipAngleFront),
+            Part::Rear => valid(C::SlipAngleRear),
+            Part::Vehicle => false,
+        };
+        let has_moment = match self.part {
+            Part::Front => valid(C::WheelMomentXFront),
+            Part::Rear => valid(C::WheelMomentXRear),
+            Part::Vehicle => false,
+        };
         let there = |c: Channel| match c {
             C::YawRate => valid(c) || turns,
+            C::VelocityY | C::SteerAngle if is_slipping => valid(c) || has_slip_angle,
+            C::SteerAngle if self.riding == BENDS => valid(c) || has_moment,
             C::Gear => shows_coasting(session),
             _ => valid(c),
         };

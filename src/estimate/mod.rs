@@ -5,6 +5,7 @@
 //! algebra (eqs. 24-36), [`quasi_static`] selects the corner samples. Nothing is fitted here.
 
 pub(crate) mod grade;
+pub(crate) mod measured;
 pub(crate) mod offroad;
 pub(crate) mod quasi_static;
 pub(crate) mod relaxation;

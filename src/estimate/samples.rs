@@ -6,9 +6,10 @@ use crate::segment::Segment;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 use super::Config;
+use super::measured::{BRAKE_TORQUE, FORCE_X, FORCE_Y, LOAD, MOMENT_X, SLIP_ANGLE};
 
 macro_rules! samples {
-    ($($(#[$doc:meta])* $column:ident,)*) => {
+    (one: { $($(#[$doc:meta])* $column:ident,)* } two: { $($(#[$of:meta])* $pair:ident,)* }) => {
         /// Samples of several segments, side by side; columns of equal length, NaN where there is no
         /// channel. Velocities are read where their latency puts them; zeros are taken off later.
         #[derive(Debug, Clone, Default)]
@@ -16,18 +17,14 @@ macro_rules! samples {
             /// Index of the segment in the session's list.
             pub segment: Vec<usize>,
             $($(#[$doc])* pub $column: Vec<f64>,)*
-            /// Wheel speeds, front and rear, rad/s.
-            pub omega: [Vec<f64>; 2],
-            /// Their rates, rad/s².
-            pub omega_rate: [Vec<f64>; 2],
+            $($(#[$of])* pub $pair: [Vec<f64>; 2],)*
         }
 
         /// One sample.
         struct Sample {
             segment: usize,
             $($column: f64,)*
-            omega: [f64; 2],
-            omega_rate: [f64; 2],
+            $($pair: [f64; 2],)*
         }
 
         impl Samples {
@@ -37,8 +34,7 @@ macro_rules! samples {
                 Samples {
                     segment: indices.iter().map(|&i| self.segment[i]).collect(),
                     $($column: of(&self.$column),)*
-                    omega: self.omega.each_ref().map(of),
-                    omega_rate: self.omega_rate.each_ref().map(of),
+                    $($pair: self.$pair.each_ref().map(of),)*
                 }
             }
 
@@ -47,8 +43,7 @@ macro_rules! samples {
                 self.segment.append(&mut other.segment);
                 $(self.$column.append(&mut other.$column);)*
                 for k in 0..2 {
-                    self.omega[k].append(&mut other.omega[k]);
-                    self.omega_rate[k].append(&mut other.omega_rate[k]);
+                    $(self.$pair[k].append(&mut other.$pair[k]);)*
                 }
             }
 
@@ -56,8 +51,7 @@ macro_rules! samples {
                 self.segment.push(sample.segment);
                 $(self.$column.push(sample.$column);)*
                 for k in 0..2 {
-                    self.omega[k].push(sample.omega[k]);
-                    self.omega_rate[k].push(sample.omega_rate[k]);
+                    $(self.$pair[k].push(sample.$pair[k]);)*
                 }
             }
         }
@@ -65,44 +59,64 @@ macro_rules! samples {
 }
 
 samples! {
-    /// Time, s.
-    time,
-    /// Forward velocity at the stamp, m/s.
-    velocity_x,
-    /// Rate of the forward velocity channel, m/s², for the latency.
-    velocity_x_rate,
-    /// Lateral velocity, m/s.
-    velocity_y,
-    /// Its rate, m/s².
-    velocity_y_rate,
-    /// Standard deviation of the lateral velocity, m/s.
-    velocity_y_sd,
-    /// Forward acceleration, m/s².
-    acceleration_x,
-    /// Pitch, rad.
-    pitch,
-    /// Pitch rate, rad/s.
-    pitch_rate,
-    /// Pitch acceleration, rad/s², over 0.1 s.
-    pitch_acceleration,
-    /// Roll, rad.
-    roll,
-    /// Roll rate, rad/s.
-    roll_rate,
-    /// Roll acceleration, rad/s², over 0.2 s.
-    roll_acceleration,
-    /// Largest change of roll within 0.4 s before or after, rad: how quasi-static it is.
-    roll_change,
-    /// Yaw rate, rad/s.
-    yaw_rate,
-    /// Yaw acceleration, rad/s², over 0.2 s.
-    yaw_acceleration,
-    /// Handlebar angle, rad.
-    steer,
-    /// Direction of travel: +1, -1, or 0 where unknown.
-    direction,
-    /// Grade of the road, uphill positive; 0 where nothing shows it.
-    grade,
+    one: {
+        /// Time, s.
+        time,
+        /// Forward velocity at the stamp, m/s.
+        velocity_x,
+        /// Rate of the forward velocity channel, m/s², for the latency.
+        velocity_x_rate,
+        /// Lateral velocity, m/s.
+        velocity_y,
+        /// Its rate, m/s².
+        velocity_y_rate,
+        /// Standard deviation of the lateral velocity, m/s.
+        velocity_y_sd,
+        /// Forward acceleration, m/s².
+        acceleration_x,
+        /// Pitch, rad.
+        pitch,
+        /// Pitch rate, rad/s.
+        pitch_rate,
+        /// Pitch acceleration, rad/s², over 0.1 s.
+        pitch_acceleration,
+        /// Roll, rad.
+        roll,
+        /// Roll rate, rad/s.
+        roll_rate,
+        /// Roll acceleration, rad/s², over 0.2 s.
+        roll_acceleration,
+        /// Largest change of roll within 0.4 s before or after, rad: how quasi-static it is.
+        roll_change,
+        /// Yaw rate, rad/s.
+        yaw_rate,
+        /// Yaw acceleration, rad/s², over 0.2 s.
+        yaw_acceleration,
+        /// Handlebar angle, rad.
+        steer,
+        /// Direction of travel: +1, -1, or 0 where unknown.
+        direction,
+        /// Grade of the road, uphill positive; 0 where nothing shows it.
+        grade,
+    }
+    two: {
+        /// Wheel speeds, front and rear, rad/s.
+        omega,
+        /// Their rates, rad/s².
+        omega_rate,
+        /// Measured slip angles, front and rear, rad.
+        measured_slip_angle,
+        /// Measured longitudinal forces of the road on the tyres, N.
+        measured_force_x,
+        /// Measured side forces, N.
+        measured_force_y,
+        /// Measured loads, N.
+        measured_load,
+        /// Measured overturning moments, N m.
+        measured_moment_x,
+        /// Measured brake torques, N m.
+        brake_torque,
+    }
 }
 
 impl Samples {
@@ -240,6 +254,12 @@ impl<'a> Reader<'a> {
             grade,
             omega: omega.map(read),
             omega_rate: omega.map(|x| self.rate(x, i, SHORT)),
+            measured_slip_angle: SLIP_ANGLE.map(|c| read(get(c))),
+            measured_force_x: FORCE_X.map(|c| read(get(c))),
+            measured_force_y: FORCE_Y.map(|c| read(get(c))),
+            measured_load: LOAD.map(|c| read(get(c))),
+            measured_moment_x: MOMENT_X.map(|c| read(get(c))),
+            brake_torque: BRAKE_TORQUE.map(|c| read(get(c))),
         }
     }
 

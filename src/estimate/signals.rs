@@ -23,12 +23,15 @@ use crate::tyre::kinematics::{FrontWheel, front_wheel};
 use crate::tyre::paper::trail_0;
 use crate::tyre::tyre_model::{USUAL_SHARE, load_lead};
 
+use super::measured::{Quantity, SensorErrors};
 use super::relaxation::SlipLag;
 use super::rolling_front::{LEAST_LOAD, RollingFront};
 use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::tyre::formulation::Formulation;
 
+/// Longitudinal force of both tyres of which the shares are told, N.
+const LEAST_FORCE: f64 = 100.0;
 /// Pitch accelerations count no further, rad/s²: more is a bump's.
 const MOST_PITCH: f64 = 15.0;
 
@@ -57,6 +60,8 @@ pub struct Inputs {
     pub slip_difference: f64,
     /// The front wheel where it measures the rear one's slip, instead of the velocity.
     pub rolling_front: Option<RollingFront>,
+    /// Errors of the wheels' own sensors.
+    pub sensors: SensorErrors,
 }
 
 /// Estimated signals, one value per sample; pairs are front and rear.
@@ -80,6 +85,8 @@ pub struct Signals {
     pub overturning: Vec<f64>,
     /// What multiplies the front tyre's `k_x` in the overturning moment, N.
     pub overturning_lever: Vec<f64>,
+    /// Overturning moments that measuring wheels show, N m; NaN without.
+    pub moment_x: [Vec<f64>; 2],
     /// Roll with its zero taken off, rad.
     pub roll: Vec<f64>,
     /// Longitudinal tyre force of both wheels, N.
@@ -101,6 +108,7 @@ impl Signals {
             force_y: pair(),
             overturning: room(),
             overturning_lever: room(),
+            moment_x: pair(),
             roll: room(),
             total_x: room(),
         }
@@ -114,6 +122,8 @@ pub enum Action {
     Braking(f64),
     /// Driven by the rear wheel.
     Driving,
+    /// Both wheels brake; sensors of theirs tell the share of each.
+    Measured,
 }
 
 impl Inputs {
@@ -131,7 +141,15 @@ impl Inputs {
             roll_scale: 1.0,
             slip_difference: 0.0,
             rolling_front: None,
+            sensors: SensorErrors::default(),
         }
+    }
+
+    /// What a wheel's own sensor shows at a sample, its zero taken off, in the corrected form.
+    fn measured(&self, quantity: Quantity, x: &Samples, k: usize, i: usize) -> Option<f64> {
+        let shown = self.sensors.read(quantity, x, k, i).filter(|_| self.is_corrected())?;
+        let zero = if quantity == Quantity::SlipAngle { self.zeros.slip_angle[k] } else { 0.0 };
+        Some(shown - zero)
     }
 
     fn is_corrected(&self) -> bool {
@@ -312,6 +330,7 @@ impl Inputs {
                 Action::Braking(rho) if rho <= 0.0 => [free(0), slip - free(0)],
                 Action::Braking(rho) => [rho * slip, (1.0 - rho) * slip], // (26), (27)
                 Action::Driving => [free(0), slip - free(0)],             // (27)
+                Action::Measured => self.shared(x, i, slip, [free(0), free(1)], load),
             };
             if matches!(action[i], Action::Driving) || action[i] == Action::Braking(0.0) {
                 speeds[1] = self.rear_speed(x, i, force[0], load[0]).unwrap_or(speeds[1]);
@@ -331,6 +350,36 @@ impl Inputs {
             out.total_x.push(total);
         }
         out
+    }
+
+    /// Slip forces of both tyres while both brake, N: sensors of the wheels tell their shares, the balance their sum `slip`,
+    /// which it knows better than sensors of 1 % do. NaN where neither wheel's sensor shows anything.
+    ///
+    /// A measuring wheel has rolling resistance besides, which is no slip's. A brake's torque acts about the axle, whose height
+    /// is the contact force's arm.
+    fn shared(&self, x: &Samples, i: usize, slip: f64, free: [f64; 2], load: [f64; 2]) -> [f64; 2] {
+        let by = |k: usize| {
+            let force = self.sensors.read(Quantity::ForceX, x, k, i);
+            let torque = || self.sensors.read(Quantity::BrakeTorque, x, k, i);
+            let by_brake = || Some(free[k] - torque()? / self.axle_height(k, load[k]));
+            force.map(|f| f + self.rolling * load[k]).or_else(by_brake)
+        };
+        match [by(0), by(1)] {
+            [Some(front), Some(rear)] if (front + rear).abs() > LEAST_FORCE => {
+                let share = front / (front + rear);
+                [share * slip, (1.0 - share) * slip]
+            }
+            [Some(front), None] => [front, slip - front],
+            [None, Some(rear)] => [slip - rear, rear],
+            _ => [f64::NAN; 2],
+        }
+    }
+
+    /// Height of an axle above the road under a load, m: the carcass gives way by more than the rolling radius does.
+    fn axle_height(&self, k: usize, load: f64) -> f64 {
+        let wheel = self.bike.wheel(Axle::BOTH[k]);
+        let share = wheel.deflection_share.unwrap_or(USUAL_SHARE);
+        self.loaded_radius(k, load) - (1.0 - share) * load / wheel.vertical_stiffness
     }
 
     /// Kinematic slip angles (29) of one sample, and how its front wheel stands (30, 31); `phi`
@@ -436,6 +485,9 @@ impl Inputs {
             out.roll.push(state.roll);
             out.overturning.push(self.overturning(x, i, &state, &fixed));
             out.overturning_lever.push(self.overturning_lever(&state));
+            for k in 0..2 {
+                out.moment_x[k].push(self.measured(Quantity::MomentX, x, k, i).unwrap_or(f64::NAN));
+            }
             out.total_x.push(state.total_x);
         }
         out
@@ -456,6 +508,13 @@ impl Inputs {
         let (sin_roll, cos_roll) = roll.sin_cos();
         let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll), fixed.caster);
         let slip_angle = if self.is_corrected() { lagged(i, speed, kinematic) } else { kinematic };
+        // a sensor shows the wheel's angle as the frame's motion does: the carcass lags both
+        let lag = [0, 1].map(|k| slip_angle[k] - kinematic[k]);
+        let slip_angle = [0, 1].map(|k| {
+            let shown = self.measured(Quantity::SlipAngle, x, k, i);
+            let lag = if lag[k].is_finite() { lag[k] } else { 0.0 };
+            shown.map_or(slip_angle[k], |shown| shown + lag)
+        });
         let a = self.acceleration(x, i);
         let total_x = b.mass * a + self.drag * speed * speed;
         // leaning in the mass centre sinks, leaning out it rises: the printed form is static

@@ -11,6 +11,7 @@
 //!
 //! Each comes with its standard error, which the fits pass on.
 
+use super::measured::{SLIP_ANGLE, SLIP_ANGLE_ZERO};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -65,6 +66,10 @@ pub struct Zeros {
     pub slip_of_lean: f64,
     /// Its standard error: that of an estimated lateral velocity, which keeps its error for corners on end.
     pub slip_of_lean_se: f64,
+    /// Zeros of measured slip angles, front and rear, rad: their values in straight running.
+    pub slip_angle: [f64; 2],
+    /// Their standard errors.
+    pub slip_angle_se: [f64; 2],
 }
 
 /// Smallest latency that is acted upon, s.
@@ -195,6 +200,13 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
         zeros.roll = zero;
         zeros.roll_se = se;
     }
+    for (k, angle) in SLIP_ANGLE.into_iter().enumerate() {
+        if let Some(angle) = get(angle) {
+            let lean = roll.as_ref().map(|roll| roll.iter().map(|r| r - zeros.roll).collect());
+            let found = slip_angle_zero(&angle, lean, &blocks);
+            (zeros.slip_angle[k], zeros.slip_angle_se[k]) = found.unwrap_or((0.0, SLIP_ANGLE_ZERO));
+        }
+    }
     if let (Some(vy), Some(roll), Some(_)) = (velocity_y, roll, &yaw_rate) {
         let roll_rate = get(Channel::RollRate).unwrap_or_else(|| slope(&roll, coarse.rate));
         let steer = get(Channel::SteerAngle);
@@ -247,6 +259,22 @@ fn roll_zero(
     let ones = vec![1.0; y.len()];
     let (theta, covariance) = robust(&[&ones], &y, blocks)?;
     Some((theta[0], covariance[0].sqrt()))
+}
+
+/// Zero of a measured slip angle and its standard error, rad: straight running, where it goes with the little lean there is.
+fn slip_angle_zero(
+    angle: &[f64],
+    lean: Option<Vec<f64>>,
+    blocks: &[(usize, usize)],
+) -> Option<(f64, f64)> {
+    let lean = lean.unwrap_or_else(|| vec![0.0; angle.len()]);
+    let whole = |&(i, _): &(usize, usize)| angle[i].is_finite() && lean[i].is_finite();
+    let usable: Vec<(usize, usize)> = blocks.iter().copied().filter(whole).collect();
+    let y: Vec<f64> = usable.iter().map(|&(i, _)| angle[i]).collect();
+    let leans: Vec<f64> = usable.iter().map(|&(i, _)| lean[i]).collect();
+    let ones = vec![1.0; y.len()];
+    let (theta, covariance) = robust(&[&ones, &leans], &y, &usable)?;
+    Some((theta[0], covariance[0].max(0.0).sqrt()))
 }
 
 /// The coarse motion of a ride, whose straight parts show the lateral zeros.

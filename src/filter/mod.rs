@@ -12,7 +12,7 @@
 //!
 //! Left as they are, unless the pipeline names them: `throttle` (steps, and bounded by 0 and 1:
 //! a filtered step would leave them), `latitude`, `longitude`, `altitude` (filtered by the
-//! receiver, degrees) and the temperatures (slow and quantised). `gear` is never filtered: it
+//! receiver, degrees), temperatures and tyre pressures (slow and quantised). `gear` is never filtered: it
 //! is a label. A `yaw` that wraps is run on first, so that the wrap is not smeared.
 
 use std::collections::BTreeMap;
@@ -112,6 +112,7 @@ impl Config {
             (Some(band), _) => Some((band.low_cut, band.high_cut.unwrap_or(self.high_cut))),
             (None, C::Throttle | C::Latitude | C::Longitude | C::Altitude | C::Grade) => None,
             (None, C::AirTemperature | C::TyreTemperatureFront | C::TyreTemperatureRear) => None,
+            (None, C::TyrePressureFront | C::TyrePressureRear) => None,
             (None, _) => Some((0.0, self.high_cut)),
         }
     }

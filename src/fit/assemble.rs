@@ -23,6 +23,8 @@ pub struct Parameters {
     pub lateral: [cornering::Parameters; 2],
     /// See [`cornering::K_X`].
     pub overturning: Option<f64>,
+    /// The same of each tyre by its own moment, where that was measured.
+    pub crowns: [Option<f64>; 2],
 }
 
 /// The fitted numbers of a friction curve.
@@ -119,7 +121,9 @@ impl Parameters {
         }
         let k_x = self.overturning.unwrap_or(f64::NAN);
         for part in Part::ALL {
-            v[(part, C::OverturningStiffness)] = k_x * overturning_share(bike, formulation, part);
+            let own = part.axle().and_then(|axle| self.crowns[axle as usize]);
+            let shared = k_x * overturning_share(bike, formulation, part);
+            v[(part, C::OverturningStiffness)] = own.unwrap_or(shared);
         }
         let growth = [0, 1].map(|k| self.growth(inputs, k));
         Assembled { values: v, stiffness, growth }

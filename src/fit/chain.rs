@@ -78,6 +78,13 @@ pub(crate) fn solve_once(
     samples.overturning =
         cornering::overturning_rows(&signals, &data.corner.segment, &samples.keep_steady);
     fits.overturning = cornering::fit_overturning(&samples.overturning, bike.mass);
+    for k in 0..2 {
+        let rows = cornering::crown_rows(&signals, &data.corner.segment, &samples.keep_steady, k);
+        if rows.moment.iter().all(|m| m.is_finite()) {
+            fits.crowns[k] = cornering::fit_overturning(&rows, bike.mass);
+            samples.crowns[k] = rows;
+        }
+    }
     // the crowns first: the driven rear wheel's pull beside the plane needs them
     let front = front_overturning(fits.overturning.as_ref().map(|f| f.theta[K_X]), &inputs);
     let signals = inputs.corner(&data.corner, data.corner_rate, front);
@@ -106,7 +113,8 @@ pub(crate) fn upstream(
     };
     let refit = Refit::new(data, [&nominal, inputs], fits, samples, config, MOST_CORNER);
     let bike = &inputs.bike;
-    let mut upstream = refit.changes(variations(bike, &data.zeros, &fits.coasting, formulation));
+    let mut upstream =
+        refit.changes(variations(bike, &data.zeros, &fits.coasting, formulation, &data.sensors));
     upstream.extend(model_errors(found, formulation, config));
     upstream
 }

@@ -326,6 +326,21 @@ pub(crate) fn overturning_rows(
     }
 }
 
+/// The kept samples of one tyre's own overturning moment, with NaN where no sensor shows it: `Mx = -k_x Fz tan(gamma)`.
+pub(crate) fn crown_rows(
+    signals: &Signals,
+    segment: &[usize],
+    keep: &[usize],
+    k: usize,
+) -> OverturningRows {
+    let lever = |&i: &usize| -signals.load[k][i] * signals.camber[k][i].tan();
+    OverturningRows {
+        lever: keep.iter().map(lever).collect(),
+        moment: keep.iter().map(|&i| signals.moment_x[k][i]).collect(),
+        clusters: keep.iter().map(|&i| segment[i]).collect(),
+    }
+}
+
 /// Fits (35) robustly; `mass` of the motorcycle, kg. `None` of fewer than two manoeuvres.
 pub fn fit_overturning(rows: &OverturningRows, mass: f64) -> Option<Fitted> {
     if clustered_fit::count(&rows.clusters) < 2 {

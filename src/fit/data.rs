@@ -1,15 +1,19 @@
 //! The samples of a session that the fits are made of.
 
 use super::coasting;
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::shows_coasting;
 use crate::contract::session::Session;
+use crate::estimate::measured::{Quantity, sensors};
 use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::Action;
 use crate::estimate::zeros::Zeros;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::{estimate, segment::Segment};
+
+/// Brakings with one brake alone of which a tyre's friction curve needs no others.
+const ENOUGH_ALONE: usize = 6;
 
 /// The samples of a session, gathered once.
 #[derive(Debug, Clone)]
@@ -32,6 +36,8 @@ pub struct Data {
     pub quasi_static: QuasiStatic,
     /// Nominal rolling radii, m.
     pub nominal_radius: [f64; 2],
+    /// The wheels' own sensors.
+    pub sensors: Vec<(Quantity, Axle)>,
     /// Sensor zeros; the latency is already taken out of the samples.
     pub zeros: Zeros,
 }
@@ -49,13 +55,27 @@ impl Data {
         let of = |kinds: &[ManoeuvreKind], rate: f64| {
             gather(session, segments, kinds, rate, latency, config)
         };
-        let front = of(&[ManoeuvreKind::FrontBraking], config.straight_rate);
-        let braking = of(&[ManoeuvreKind::RearBraking], config.straight_rate);
+        // brakings with both are used where sensors tell the shares; those with one brake need none and come first
+        let braking = |alone: ManoeuvreKind| {
+            let n = segments.iter().filter(|s| s.used && s.kind == alone).count();
+            let both = (n < ENOUGH_ALONE).then_some(ManoeuvreKind::CombinedBraking);
+            let kinds: Vec<ManoeuvreKind> = [alone].into_iter().chain(both).collect();
+            of(&kinds, config.straight_rate)
+        };
+        let front = braking(ManoeuvreKind::FrontBraking);
+        let braking = braking(ManoeuvreKind::RearBraking);
         let driving = of(&[ManoeuvreKind::Driving], config.corner_rate);
         let coast = of(&[ManoeuvreKind::Coasting], config.corner_rate);
         let front_rolling = coasting::free_rolling(&coast, &driving);
-        let front_action = vec![Action::Braking(1.0); front.len()];
-        let mut rear_action = vec![Action::Braking(0.0); braking.len()];
+        let braked = |samples: &Samples, share: f64| -> Vec<Action> {
+            let of = |number: &usize| match segments[*number].kind {
+                ManoeuvreKind::CombinedBraking => Action::Measured,
+                _ => Action::Braking(share),
+            };
+            samples.segment.iter().map(of).collect()
+        };
+        let front_action = braked(&front, 1.0);
+        let mut rear_action = braked(&braking, 0.0);
         rear_action.resize(braking.len() + driving.len(), Action::Driving);
         let mut rear = braking;
         rear.append(driving);
@@ -70,6 +90,7 @@ impl Data {
             corner_rate: session.rate / step,
             quasi_static: QuasiStatic::from(config),
             nominal_radius: [bike.front.radius, bike.rear.radius],
+            sensors: sensors(session),
             zeros: Zeros { latency: 0.0, ..zeros },
         }
     }

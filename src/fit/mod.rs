@@ -19,6 +19,7 @@ pub(crate) mod data;
 pub(crate) mod evidence;
 pub(crate) mod friction;
 pub(crate) mod in_gear;
+pub(crate) mod measured;
 pub(crate) mod missing;
 pub(crate) mod refit;
 pub(crate) mod rows;

@@ -7,7 +7,7 @@
 use super::assemble::{Assembled, Curve, Parameters};
 use super::coasting;
 use super::config::Config;
-use super::cornering::{self, K_X, Lateral};
+use super::cornering::{self, K_X, Lateral, crown_rows};
 use super::data::Data;
 use super::friction::Rows;
 use super::rows::{friction_rows, front_overturning, lateral_rows};
@@ -53,6 +53,8 @@ pub struct Refit<'a> {
     /// nothing, but the overturning moment does not depend on them.
     steady: Samples,
     steady_weights: Vec<f64>,
+    /// Places of those samples among all steady ones.
+    steady_places: Vec<usize>,
     /// Slip of the friction peaks, and its gradient.
     peak: [Option<(f64, Vec<f64>)>; 2],
 }
@@ -77,6 +79,7 @@ impl<'a> Refit<'a> {
             coast: data.coast.clone(),
             front_rolling: data.front_rolling.clone(),
             corner,
+            sensors: data.sensors.clone(),
             ..*data
         };
         let keep = samples.keep_straight.each_ref().map(Vec::as_slice);
@@ -93,6 +96,7 @@ impl<'a> Refit<'a> {
             lateral: [0, 1].map(|k| fits.lateral[k].with_weights_of(&thinned)),
             corner: (0..corner.len()).collect(),
             steady_weights: of(weights, &steady),
+            steady_places: steady.clone(),
             steady: data.corner.select(&of(&samples.keep_steady, &steady)),
             peak: [0, 1].map(|k| fits.friction[k].as_ref().and_then(|f| f.peak_slip())),
         };
@@ -123,13 +127,21 @@ impl<'a> Refit<'a> {
             let (lever, moment) = (&signals.overturning_lever, &signals.overturning);
             clustered_fit::refit(&[lever], moment, &self.steady_weights).map(|t| t[K_X])
         });
+        let crowns = [0, 1].map(|k| {
+            let fitted = self.fits.crowns[k].as_ref()?;
+            let signals = inputs.corner(&self.steady, data.corner_rate, None);
+            let all: Vec<usize> = (0..self.steady.len()).collect();
+            let rows = crown_rows(&signals, &self.steady.segment, &all, k);
+            let weights = of(&fitted.weights, &self.steady_places);
+            clustered_fit::refit(&[&rows.lever], &rows.moment, &weights).map(|t| t[K_X])
+        });
         let front = front_overturning(overturning, &inputs);
         let signals = inputs.corner_with_lag(&data.corner, &self.lag, front);
         let lateral = Axle::BOTH.map(|axle| {
             let rows = lateral_rows(data, &signals, &inputs.bike, &self.corner, axle);
             cornering::refit(&rows, &self.lateral[axle as usize])
         });
-        Parameters { radius, resistance, friction, lateral, overturning }.assemble(&inputs)
+        Parameters { radius, resistance, friction, lateral, overturning, crowns }.assemble(&inputs)
     }
 
     /// The inputs as a variation moves them, and what coasting gives with them.
@@ -161,6 +173,7 @@ impl<'a> Refit<'a> {
         inputs.pitch_gyration += variation.pitch_gyration;
         inputs.roll_scale += variation.roll_scale;
         inputs.slip_difference += variation.slip_difference;
+        inputs.sensors = variation.sensors;
         (inputs, radius, resistance)
     }
 

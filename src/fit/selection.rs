@@ -58,12 +58,12 @@ pub(crate) fn friction_samples(
 pub(crate) fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
     let x = &data.corner;
     let weight = bike.mass * GRAVITY;
-    // forces and moments do without slip angles; where there are some they must be whole
-    let drifts = [&x.velocity_y, &x.steer].iter().all(|c| c.iter().any(|v| v.is_finite()));
+    // forces and moments do without slip angles; where a tyre has some they must be whole
+    let drifts = signals.slip_angle.each_ref().map(|x| x.iter().any(|v| v.is_finite()));
     (0..x.len())
         .filter(|&i| {
             let finite = [0, 1].iter().all(|&k| {
-                (!drifts || signals.slip_angle[k][i].is_finite())
+                (!drifts[k] || signals.slip_angle[k][i].is_finite())
                     && signals.force_y[k][i].is_finite()
                     && signals.overturning[i].is_finite()
             });

@@ -20,6 +20,8 @@ pub struct Fits {
     pub lateral: [Lateral; 2],
     /// The overturning moment, see [`K_X`].
     pub overturning: Option<Fitted>,
+    /// Each tyre's own overturning moment, where measuring wheels show it.
+    pub crowns: [Option<Fitted>; 2],
 }
 
 impl Fits {
@@ -34,6 +36,7 @@ impl Fits {
             }),
             lateral: [0, 1].map(|k| self.lateral[k].parameters()),
             overturning: self.overturning.as_ref().map(|f| f.theta[K_X]),
+            crowns: self.crowns.each_ref().map(|c| c.as_ref().map(|f| f.theta[K_X])),
         }
     }
 }
@@ -47,6 +50,8 @@ pub struct FittedSamples {
     pub lateral: [cornering::Rows; 2],
     /// Overturning.
     pub overturning: OverturningRows,
+    /// Each tyre's own overturning moment, as measuring wheels show it.
+    pub crowns: [OverturningRows; 2],
     /// Indices of the straight samples that were kept.
     pub keep_straight: [Vec<usize>; 2],
     /// Indices of the corner samples that were kept: quasi-static and uncombined.
@@ -106,6 +111,11 @@ impl Solution {
 
     fn overturning(&self, id: Id) -> Option<Uncertainty> {
         let (bike, formulation) = (&self.inputs.bike, self.inputs.formulation);
+        if let (Coefficient::OverturningStiffness, Some(axle)) = (id.coefficient, id.part.axle())
+            && let Some(crown) = &self.fits.crowns[axle as usize]
+        {
+            return Some(crown.uncertainty(K_X, 1.0));
+        }
         let fitted = self.fits.overturning.as_ref()?;
         (id.coefficient == Coefficient::OverturningStiffness)
             .then(|| fitted.uncertainty(K_X, overturning_share(bike, formulation, id.part)))

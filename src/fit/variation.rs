@@ -1,8 +1,9 @@
 //! The independent upstream uncertainties of a session's coefficients.
 
 use super::coasting::{Coasting, DRAG, RADIUS, ROLLING};
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::RULE;
+use crate::estimate::measured::{Quantity, SensorErrors};
 use crate::estimate::zeros::{LateralZero, Zeros};
 use crate::tyre::dive::PITCH_GYRATION;
 use crate::tyre::formulation::Formulation;
@@ -55,6 +56,8 @@ pub struct Variation {
     pub roll_scale: f64,
     /// Change of the front slip angle beyond the rear one per sine of the lean, rad; moves only what has no handlebar.
     pub slip_difference: f64,
+    /// Errors of the wheels' own sensors.
+    pub sensors: SensorErrors,
 }
 
 /// Front slip angle beyond the rear one per sine of the lean, standard deviation, rad, an estimate: the slips of a leaning motorcycle
@@ -76,6 +79,7 @@ pub fn variations(
     zeros: &Zeros,
     coasting: &Coasting,
     formulation: Formulation,
+    sensors: &[(Quantity, Axle)],
 ) -> Vec<Variation> {
     let mut out = Vec::new();
     let missing = bike.priors_of_missing();
@@ -108,6 +112,12 @@ pub fn variations(
         out.push(Variation { source, slip_difference, ..Variation::default() });
         let source = shared("pitch_gyration");
         out.push(Variation { source, pitch_gyration, ..Variation::default() });
+        for &(quantity, axle) in sensors.iter().filter(|(quantity, _)| quantity.has_scale()) {
+            let channel = quantity.channels()[axle as usize];
+            let source = shared(&format!("sensor_{channel}"));
+            let sensors = SensorErrors::of(quantity, axle);
+            out.push(Variation { source, sensors, ..Variation::default() });
+        }
         let moved = zero_variations(zeros).into_iter().filter(|(_, moved)| moved != zeros);
         out.extend(moved.map(|(name, moved)| Variation {
             source: Source::of_ride(format!("zero_of_{name}")),
@@ -152,6 +162,11 @@ fn zero_variations(zeros: &Zeros) -> Vec<(&'static str, Zeros)> {
     let rear = lateral_variations(zeros.rear).map(|rear| Zeros { rear, ..*zeros });
     out.extend(["front_slip", "front_slip_angle"].into_iter().zip(front));
     out.extend(["rear_slip", "rear_slip_angle"].into_iter().zip(rear));
+    for (k, name) in ["front_slip_sensor", "rear_slip_sensor"].into_iter().enumerate() {
+        let mut moved = *zeros;
+        moved.slip_angle[k] += zeros.slip_angle_se[k];
+        out.push((name, moved));
+    }
     out
 }
 
@@ -186,7 +201,7 @@ mod tests {
     fn varied(more: &str) -> Vec<Variation> {
         let bike = Bike::parse(&format!("{SHORT}{more}"), "b", Path::new("b.toml")).expect("bike");
         let (zeros, coasting) = (Zeros::default(), Coasting::default());
-        variations(&bike, &zeros, &coasting, Formulation::Corrected)
+        variations(&bike, &zeros, &coasting, Formulation::Corrected, &[])
     }
 
     fn of<'a>(all: &'a [Variation], key: &str) -> Option<&'a Bike> {

@@ -20,8 +20,8 @@ use crate::fit::in_gear::InGear;
 use crate::fit::in_gear::by_lap::{self, ByLap};
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
-    Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
-    transients, wheel_scale,
+    Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, measured,
+    missing, transients, wheel_scale,
 };
 use crate::report::plots;
 use crate::segment::laps::Known;
@@ -109,7 +109,10 @@ pub(super) fn run(
         true => Some(signals(&ride, &data, &solution)?),
         false => None,
     };
-    let plots = plots::road::rows(&ride, &segments, &data, &solution, &coefficients, &laps);
+    let compared = measured::compared(&data, &solution);
+    let plots =
+        plots::road::rows(&ride, &segments, &data, &solution, &coefficients, &laps, &compared);
+    noticed.extend(measured::warnings(&compared));
     let warnings = warnings(&ident, noticed);
     if !is_grade_logged {
         // what the altitude gave is no channel of the log

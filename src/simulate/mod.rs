@@ -52,6 +52,7 @@ pub(crate) mod transients;
 pub(crate) mod truth;
 pub(crate) mod tyre_truth;
 pub(crate) mod unsteady;
+pub(crate) mod wheel_sensors;
 
 pub(crate) use reduced::{session, simulate_phases};
 pub(crate) use simulated::Label;

@@ -7,6 +7,7 @@ use super::rider::{Disturbance, Rider};
 use super::scenario::{Machine, Scenario};
 use super::sensors;
 use super::simulated::{Simulated, labels};
+use super::wheel_sensors;
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
@@ -56,6 +57,8 @@ pub fn session_with(
         session
             .set(Channel::Pitch, simulated.road.iter().map(|[grade, _]| -grade.atan()).collect());
     }
+    wheel_sensors::of_reduced(&mut simulated, plant, &scenario.sensors);
+    let session = &mut simulated.session;
     for &channel in &scenario.drop {
         session.remove(channel);
     }

@@ -9,6 +9,7 @@ use super::sensors;
 use super::simulated::{Label, labels};
 use super::tour::Tour;
 use super::unsteady::Unsteady;
+use super::wheel_sensors;
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::simulate::multibody::run::{Fall, Run};
@@ -120,6 +121,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
         }
     }
     let mut session = record(meta(tour, id, number, fall.is_some()), tour, &samples);
+    wheel_sensors::of_multibody(&mut session, &samples, &tour.sensors);
     for &channel in &tour.drop {
         session.remove(channel);
     }

@@ -20,6 +20,8 @@ pub struct Sensor {
     pub slow_time: f64,
     /// Constant error, drawn once per session, standard deviation.
     pub bias: f64,
+    /// Relative error, drawn once per session, standard deviation.
+    pub scale: f64,
     /// Step of the digital value.
     pub quantum: f64,
     /// The channel lags the truth by this much, s.
@@ -27,7 +29,7 @@ pub struct Sensor {
 }
 
 /// Sensors by channel; a channel that is not named is perfect.
-pub(crate) type Sensors = BTreeMap<String, Sensor>;
+pub type Sensors = BTreeMap<String, Sensor>;
 
 /// Replaces the true channels of a session by what the sensors show.
 pub fn measure(session: &mut Session, sensors: &Sensors, seed: u64) {
@@ -57,10 +59,11 @@ impl Sensor {
             delay(samples, self.latency * rate);
         }
         let bias = self.bias * random.normal();
+        let scale = if self.scale > 0.0 { 1.0 + self.scale * random.normal() } else { 1.0 };
         let mut slow = Coloured::new(self.slow, self.slow_time, 1.0 / rate, random);
         for x in samples.iter_mut() {
             let slow = slow.next(random);
-            *x += bias + slow + self.white * random.normal();
+            *x = *x * scale + bias + slow + self.white * random.normal();
             if self.quantum > 0.0 {
                 *x = (*x / self.quantum).round() * self.quantum;
             }

@@ -38,7 +38,9 @@ use self::model::Model;
 use self::motion::Machine;
 use self::parameters::Parameters;
 pub use self::solve::Fitted;
+use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::estimate::measured::lateral_velocity;
 use crate::estimate::signals::Inputs;
 use crate::estimate::zeros::Zeros;
 
@@ -64,6 +66,13 @@ pub fn run(
     crown: Option<f64>,
     config: &Config,
 ) -> Option<Transients> {
+    let drift = lateral_velocity(session, &inputs.bike, zeros.latency);
+    let with_drift = drift.map(|drift| {
+        let mut session = session.clone();
+        session.set(Channel::VelocityY, drift);
+        session
+    });
+    let session = with_drift.as_ref().unwrap_or(session);
     let usual = up_to(config.max_lean, session, inputs, zeros, crown, config);
     if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR)
         || config.max_lean >= STEEPEST_LEAN

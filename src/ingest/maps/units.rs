@@ -18,6 +18,8 @@ const KNOT: f64 = 1852.0 / 3600.0;
 const INCH: f64 = 0.0254;
 const PSI: f64 = 6_894.757_293_168;
 const FAHRENHEIT: f64 = 5.0 / 9.0;
+/// Pound-force, N.
+const LBF: f64 = 4.448_221_615;
 
 /// Spelling, dimension, factor, offset. Spellings are compared without case, blanks, `·` and `^`, with
 /// `²` as `2`, `°` as `deg` and `µ` as `u`; where case matters (`mPa`) the unit is left out.
@@ -75,14 +77,16 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("celsius", "temperature", 1.0, 0.0), ("k", "temperature", 1.0, -273.15), ("kelvin", "temperature", 1.0, -273.15),
     ("degf", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT), (".f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
     ("f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT), ("fahrenheit", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+    ("n", "force", 1.0, 0.0), ("dan", "force", 10.0, 0.0), ("kgf", "force", G, 0.0), ("lbf", "force", LBF, 0.0),
+    ("nm", "torque", 1.0, 0.0), ("newtonmeter", "torque", 1.0, 0.0), ("knm", "torque", 1e3, 0.0),
+    ("lbft", "torque", LBF * 12.0 * INCH, 0.0), ("ftlb", "torque", LBF * 12.0 * INCH, 0.0),
     // of no column: what is measured in them is none of its candidates
     ("l", "volume", 1e-3, 0.0), ("litre", "volume", 1e-3, 0.0), ("liter", "volume", 1e-3, 0.0), ("ml", "volume", 1e-6, 0.0),
     ("cc", "volume", 1e-6, 0.0), ("l/h", "volume flow", 1e-3 / 3600.0, 0.0), ("l/hr", "volume flow", 1e-3 / 3600.0, 0.0),
     ("l/min", "volume flow", 1e-3 / 60.0, 0.0), ("cc/min", "volume flow", 1e-6 / 60.0, 0.0),
     ("g/s", "mass flow", 1e-3, 0.0), ("kg/h", "mass flow", 1.0 / 3600.0, 0.0), ("kg", "mass", 1.0, 0.0),
     ("v", "voltage", 1.0, 0.0), ("volt", "voltage", 1.0, 0.0), ("volts", "voltage", 1.0, 0.0), ("mv", "voltage", 1e-3, 0.0),
-    ("a", "current", 1.0, 0.0), ("ma", "current", 1e-3, 0.0), ("n", "force", 1.0, 0.0), ("nm", "torque", 1.0, 0.0),
-    ("w", "power", 1.0, 0.0), ("kw", "power", 1e3, 0.0), ("hp", "power", 745.699_871_582_270_2, 0.0),
+    ("a", "current", 1.0, 0.0), ("ma", "current", 1e-3, 0.0), ("w", "power", 1.0, 0.0), ("kw", "power", 1e3, 0.0), ("hp", "power", 745.699_871_582_270_2, 0.0),
 ];
 
 /// From one unit to another: `y = x * factor + offset`.
@@ -113,6 +117,10 @@ pub(crate) fn conversion(from: &str, to: &str) -> Result<Conversion, KeyError> {
         return Ok(Conversion::IDENTITY);
     }
     let target = lookup(to).ok_or_else(|| KeyError::Values(format!("unknown unit `{to}`")))?;
+    if from.trim() == "kN" && target.dimension == "force" {
+        // without case it is the spelling of knots
+        return Ok(Conversion { factor: 1e3 / target.factor, offset: 0.0 });
+    }
     let source = lookup(from).ok_or_else(|| {
         KeyError::Values(format!("unknown unit `{from}`; known are {}", known(target.dimension)))
     })?;

@@ -1,7 +1,7 @@
 //! Every plot, in the order of a session's page.
 
 use super::plot::{Panel, Plot};
-use super::{fits, laps, offroad, residuals, ride};
+use super::{fits, laps, measured, offroad, residuals, ride};
 
 /// The fits of a road session.
 pub const FITS: [Plot; 12] = [
@@ -31,7 +31,8 @@ pub(crate) const OFFROAD: &[Plot] = offroad::SITUATIONS.as_flattened();
 
 /// Every plot but the time line.
 pub(crate) fn all() -> impl Iterator<Item = &'static Plot> {
-    FITS.iter().chain(OFFROAD).chain(&RIDE).chain(&LAPS).chain(residuals::PLOTS.as_flattened())
+    let ride = RIDE.iter().chain(&LAPS).chain(&measured::PLOTS);
+    FITS.iter().chain(OFFROAD).chain(ride).chain(residuals::PLOTS.as_flattened())
 }
 
 /// The panels of the time line.

@@ -13,6 +13,7 @@ pub(crate) mod catalogue;
 pub(crate) mod downsample;
 pub(crate) mod fits;
 pub(crate) mod laps;
+pub(crate) mod measured;
 pub(crate) mod offroad;
 pub(crate) mod plot;
 pub(crate) mod residuals;

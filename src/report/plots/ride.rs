@@ -50,7 +50,7 @@ pub(crate) const ROLL_OVER_LATERAL: Plot = Plot {
 };
 
 /// Channels of the time line, as they were measured and filtered.
-const CHANNELS: [Channel; 11] = [
+const CHANNELS: [Channel; 14] = [
     Channel::VelocityX,
     Channel::AccelerationX,
     Channel::AccelerationY,
@@ -62,6 +62,9 @@ const CHANNELS: [Channel; 11] = [
     Channel::Throttle,
     Channel::TyreTemperatureFront,
     Channel::TyreTemperatureRear,
+    Channel::TyrePressureFront,
+    Channel::TyrePressureRear,
+    Channel::SteerTorque,
 ];
 macro_rules! series {
     ($($name:literal $label:literal),*) => { &[$(Series::new($name, $label)),*] };
@@ -95,6 +98,14 @@ pub(crate) const PANELS: &[Panel] = &[
     Panel {
         axis: Axis::new("tyre temperature", "°C", 1.0),
         series: series!("tyre_temperature_front" "front", "tyre_temperature_rear" "rear"),
+    },
+    Panel {
+        axis: Axis::new("tyre pressure", "bar", 1e-5),
+        series: series!("tyre_pressure_front" "front", "tyre_pressure_rear" "rear"),
+    },
+    Panel {
+        axis: Axis::new("steering torque", "N m", 1.0),
+        series: series!("steer_torque" "steering torque"),
     },
 ];
 

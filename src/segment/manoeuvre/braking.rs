@@ -268,7 +268,7 @@ impl Detector for Config {
     fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
         let peak = claim.at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
         let engine = Engine::of(f, &claim.at);
-        let reason = if claim.kind == &COMBINED_BRAKING {
+        let reason = if claim.kind == &COMBINED_BRAKING && !f.shares_measured {
             let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
             Some(if known {
                 let words = "both brakes: the tyres' shares of the force are not known";

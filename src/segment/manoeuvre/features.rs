@@ -68,6 +68,8 @@ pub struct Features {
     /// Usual front share of the force, by slip, while the front brake alone is on, where pressures tell. In gear
     /// the engine has the rest.
     pub front_share: Option<f64>,
+    /// Whether sensors of a wheel tell how the tyres share the force.
+    pub shares_measured: bool,
     /// Largest deceleration that the rear wheel can give alone, m/s².
     pub rear_limit: f64,
     /// 0 to 1.
@@ -224,6 +226,7 @@ impl Features {
             engine,
             rear_stiffness,
             front_share,
+            shares_measured: SHARES.into_iter().any(|c| session.has(c)),
             rear_limit,
             throttle,
             gear,
@@ -231,6 +234,14 @@ impl Features {
         }
     }
 }
+
+/// Channels that tell how the tyres share the longitudinal force; the balance has the other one's.
+const SHARES: [Channel; 4] = [
+    Channel::WheelForceXFront,
+    Channel::WheelForceXRear,
+    Channel::BrakeTorqueFront,
+    Channel::BrakeTorqueRear,
+];
 
 /// Whether a lean is so small that the tyres roll on the middle of their treads; one that is not known may be.
 fn upright(lean: f64) -> bool {

@@ -32,7 +32,7 @@ const LOGGERS: &[(&str, &str, &[Named])] = &[
         ("", "ECU GEAR", "gear", Some(Gear)), ("", "ECU FRONT BRAKE", "bar", Some(BrakePressureFront)),
         ("", "ECU REAR BRAKE", "bar", Some(BrakePressureRear)), ("", "Front Wheel Spd", "km/h", Some(WheelSpeedFront)),
         ("", "Rear Wheel Spd", "km/h", Some(WheelSpeedRear)), ("", "Bike Angle", "deg", Some(Roll)),
-        ("", "Calculated Gear", "#", None), ("", "Front Tire Press", "bar", None), ("", "Rear Tire Press", "bar", None),
+        ("", "Calculated Gear", "#", None), ("", "Front Tire Press", "bar", Some(TyrePressureFront)), ("", "Rear Tire Press", "bar", Some(TyrePressureRear)),
         ("", "ECU MAP", "mbar", None), ("", "Lambda", "lambda", None), ("", "Fuel Level", "l", None),
     ]),
     ("superbike, factory logger", "csv", &[
@@ -43,7 +43,7 @@ const LOGGERS: &[(&str, &str, &[Named])] = &[
         ("", "pitchrate_imu", "°/s", Some(PitchRate)), ("", "lean_imu", "°", Some(Roll)), ("", "ax_imu", "g", Some(AccelerationX)),
         ("", "ay_imu", "g", Some(AccelerationY)), ("", "E_grip", "", None), ("", "E_tps", "", None), ("", "target_throttle", "%", None),
         ("", "target_slip", "%", None), ("", "throttle", "%", Some(Throttle)), ("", "throttle_raw", "", None), ("", "throttle_V", "V", None),
-        ("", "p_brake_fr_V", "V", None), ("", "p_tyre_fr", "bar", None), ("", "p_tyre_rr", "bar", None), ("", "T_tyre_fr", "°C", Some(TyreTemperatureFront)),
+        ("", "p_brake_fr_V", "V", None), ("", "p_tyre_fr", "bar", Some(TyrePressureFront)), ("", "p_tyre_rr", "bar", Some(TyrePressureRear)), ("", "T_tyre_fr", "°C", Some(TyreTemperatureFront)),
         ("", "T_tyre_rr", "°C", Some(TyreTemperatureRear)), ("", "gear", "", Some(Gear)), ("", "T_air_intake", "°C", None),
         ("", "v_susp_fr", "mm/s", None), ("", "lean_max", "°", None), ("", "slip_rear", "%", None),
     ]),
@@ -58,7 +58,7 @@ const LOGGERS: &[(&str, &str, &[Named])] = &[
         ("", "Gyro Pitch Velocity", "deg/s", Some(PitchRate)), ("", "Damper Pos Front", "mm", Some(ForkTravel)),
         ("", "Damper Pos Rear", "mm", Some(ShockTravel)), ("", "Damper Vel Front", "mm/s", None), ("", "GPS Heading", "deg", Some(Yaw)),
         ("", "Ambient Temp", "C", Some(AirTemperature)), ("", "Air Temp Inlet", "C", None), ("", "Tyre Temp Front", "C", Some(TyreTemperatureFront)),
-        ("", "Tyre Pres Front", "kPa", None), ("", "Tyre Pres Rear", "kPa", None), ("", "Brake Temp Front", "C", None), ("", "Engine Speed", "rpm", None),
+        ("", "Tyre Pres Front", "kPa", Some(TyrePressureFront)), ("", "Tyre Pres Rear", "kPa", Some(TyrePressureRear)), ("", "Brake Temp Front", "C", None), ("", "Engine Speed", "rpm", None),
         ("", "Fuel Pres", "kPa", None), ("", "Lap Distance", "m", None), ("", "Wheelspeed Slip", "%", None),
     ]),
     ("RaceChrono", "racechrono", &[

@@ -37,6 +37,21 @@ pub(super) fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
         (AirTemperature, "temperature"),
         (TyreTemperatureFront, "temperature"),
         (TyreTemperatureRear, "temperature"),
+        (TyrePressureFront, "pressure"),
+        (TyrePressureRear, "pressure"),
+        (SteerTorque, "torque"),
+        (BrakeTorqueFront, "torque"),
+        (BrakeTorqueRear, "torque"),
+        (SlipAngleFront, "angle"),
+        (SlipAngleRear, "angle"),
+        (WheelForceXFront, "force"),
+        (WheelForceXRear, "force"),
+        (WheelForceYFront, "force"),
+        (WheelForceYRear, "force"),
+        (WheelForceZFront, "force"),
+        (WheelForceZRear, "force"),
+        (WheelMomentXFront, "torque"),
+        (WheelMomentXRear, "torque"),
     ] {
         for place in log.named(column) {
             let taken =
@@ -46,7 +61,9 @@ pub(super) fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
             }
             let mut v = by_name(log, column, place, dimension);
             v = match column {
-                SteerAngle | VelocityY => {
+                SteerAngle | VelocityY | SteerTorque | SlipAngleFront | SlipAngleRear
+                | WheelForceXFront | WheelForceXRear | WheelForceYFront | WheelForceYRear
+                | WheelMomentXFront | WheelMomentXRear | BrakeTorqueFront | BrakeTorqueRear => {
                     v.doubted("by its name alone: the motion does not tell its sign")
                 }
                 _ => v.because("by its name and unit; no motion to hold it against"),
