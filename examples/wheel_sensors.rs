@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::bike::{Axle, Bike};
 use roadbench::internals::contract::channel::Channel as C;
 use roadbench::internals::contract::coefficient::{Coefficient, Id, Source};
 use roadbench::internals::ingest::write_session;
@@ -23,6 +23,7 @@ use roadbench::internals::simulate::population::ride;
 use roadbench::internals::simulate::ride::MultibodyRide;
 use roadbench::internals::simulate::sensors::{self, Sensor, Sensors};
 use roadbench::internals::simulate::track::{self, Track};
+use roadbench::internals::simulate::truth::of_corners;
 use roadbench::internals::simulate::tyre_truth;
 use roadbench::internals::simulate::wheel_sensors::of_multibody;
 use roadbench::internals::store::objects::Location;
@@ -81,24 +82,38 @@ pub type Tallies = BTreeMap<(Id, usize), Tally>;
 type Row = (Id, usize, Option<[f64; 3]>, f64);
 
 /// A ride with what is true of it.
-struct Known {
-    ride: MultibodyRide,
-    bike: Bike,
-    truth: Vec<(Id, f64)>,
-    number: usize,
+pub struct Known {
+    /// Log and what the simulator knows.
+    pub ride: MultibodyRide,
+    /// Bike file.
+    pub bike: Bike,
+    /// True coefficients.
+    pub truth: Vec<(Id, f64)>,
+    /// Number of the ride.
+    pub number: usize,
 }
 
 /// The circuit instead of a plan of straights and corners.
 pub const TRACK: &str = "track";
 
-fn known(seed: u64, number: usize, plan: &'static str) -> Result<Known, String> {
+/// The ride of a number by a plan.
+pub fn known(seed: u64, number: usize, plan: &'static str) -> Result<Known, String> {
     let config = Pipeline::onroad().estimate;
     if plan == TRACK {
         let mut track = Track::load(TRACK).map_err(|e| e.to_string())?.ok_or("no such track")?;
         track.seed = seed;
         track.laps = 2;
         let ridden = track::ride(&track, number).map_err(|e| e.to_string())?;
-        let truth = tyre_truth::coefficients(&ridden.entry.model);
+        let model = &ridden.entry.model;
+        let mut truth = tyre_truth::coefficients(model);
+        let ratio = Axle::BOTH.map(|axle| {
+            let id = Id::from((axle, Coefficient::SideForceRatio));
+            truth.iter().find(|(known, _)| *known == id).map_or(f64::NAN, |(_, value)| *value)
+        });
+        let weight = model.motorcycle.mass() * model.motorcycle.gravity;
+        let cornered = of_corners(&ridden.ride, weight, ratio, &config);
+        truth.retain(|(id, _)| cornered.iter().all(|(known, _)| known != id));
+        truth.extend(cornered);
         return Ok(Known { bike: ridden.entry.bike, ride: ridden.ride, truth, number });
     }
     let drawn = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
@@ -118,7 +133,10 @@ fn one(
     truth.retain(|(id, value)| {
         value.is_finite()
             && (id.coefficient.spec().source == Source::OnRoad
-                || id.coefficient == Coefficient::SideForceRatio)
+                || matches!(
+                    id.coefficient,
+                    Coefficient::SideForceRatio | Coefficient::SlipStiffness
+                ))
     });
     let mut out = Vec::new();
     for (place, (_, channels)) in sets.iter().enumerate() {
@@ -128,7 +146,8 @@ fn one(
         for channel in missing {
             log.remove(*channel);
         }
-        of_multibody(&mut log, &ride.samples, &named);
+        let seen = ride.samples.iter().map(|s| (s.wheels, s.action));
+        of_multibody(&mut log, seen, &named);
         sensors::measure(&mut log, &named, number as u64);
         let path = work.join(format!("{number}_{place}.parquet"));
         write_session(&path, &log, false).map_err(|e| e.to_string())?;

@@ -1,6 +1,7 @@
 //! `roadbench diagnose`.
 
 use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
@@ -15,8 +16,11 @@ use crate::cli::batch::{
 };
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
+use crate::cli::say;
 use crate::diagnose::reference::words as changes;
 use crate::diagnose::{Settings, summary};
+use crate::report::diagnosis::answer;
+use crate::report::terminal;
 use crate::store::tables::rows::CauseRow;
 
 /// Find out why the model and a ride disagree
@@ -70,12 +74,16 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     };
     let progress = Progress::new(bar, arguments.batch.shows_progress());
     let order = InOrder::new(|text: String| progress.aside(|| print(&text)));
-    let watch = Watcher { progress: &progress, order: &order, format };
+    // of many rides each in full is asked for
+    let in_short = format == Format::Words && !say::is_verbose();
+    let watch =
+        Watcher { progress: &progress, order: &order, format, in_short, seen: Mutex::default() };
     let done = engine::run(&given.settings(), &work, &watch, stop_on_signal());
     order.flush();
     progress.clear();
     let (accounts, store) = done?;
     let out = store.root();
+    let (planned, seen) = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
     let log = || log_accounts(&accounts, "diagnose", start.elapsed().as_secs_f64());
     if accounts.left > 0 {
         log();
@@ -89,18 +97,25 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
     let over_all = finish(&store)?;
-    for row in &over_all.causes {
-        print(&format.pooled(row));
+    let in_short = in_short && planned > 1;
+    if in_short && arguments.nulls > 0 {
+        print(&answer::of_sessions(&seen, &over_all.causes, say::width()));
+    } else {
+        over_all.causes.iter().for_each(|row| print(&format.pooled(row)));
     }
     match format {
         Format::None => {}
         Format::Json => {
             over_all.changes.iter().for_each(|row| print(&json("changes", row)));
         }
-        Format::Words => print(&changes::of_motorcycles(&over_all.changes)),
+        Format::Words => {
+            print(&terminal::wrapped(&changes::of_motorcycles(&over_all.changes), say::width()))
+        }
     }
     log();
-    tracing::info!("report: {}", out.join("report/index.html"));
+    if format == Format::Words {
+        print(&format!("Report: {}\n", out.join("report/index.html")));
+    }
     damaged(&accounts)?;
     rejected(&accounts)
 }
@@ -151,16 +166,36 @@ struct Watcher<'a, F> {
     progress: &'a Progress,
     order: &'a InOrder<String, F>,
     format: Format,
+    /// Whether of several rides only what they say together is printed.
+    in_short: bool,
+    /// How many logs there are, and the rows of each that was computed.
+    seen: Mutex<(usize, Vec<Vec<CauseRow>>)>,
+}
+
+impl<F> Watcher<'_, F> {
+    fn seen(&self) -> MutexGuard<'_, (usize, Vec<Vec<CauseRow>>)> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl<F: Fn(String) + Sync> Watch<Verdict> for Watcher<'_, F> {
     fn planned(&self, logs: &[String], bytes: u64) {
         self.order.expect(logs);
+        self.seen().0 = logs.len();
         Watch::<Verdict>::planned(self.progress, logs, bytes);
     }
 
     fn finished(&self, finished: &Finished<'_>, result: Option<Verdict>) {
         self.progress.finished(finished, None::<Verdict>);
-        self.order.finished(finished.log, result.map(|verdict| self.format.session(&verdict)));
+        let text = result.map(|verdict| {
+            let mut seen = self.seen();
+            let text = match self.in_short && seen.0 > 1 {
+                true => String::new(),
+                false => self.format.session(&verdict),
+            };
+            seen.1.push(verdict.causes);
+            text
+        });
+        self.order.finished(finished.log, text);
     }
 }

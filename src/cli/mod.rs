@@ -185,6 +185,7 @@ fn commanded(arguments: &[OsString]) -> u8 {
     let Global { jobs, quiet, verbose, log_format, color } = arguments.global;
     color.take();
     say::set_quiet(quiet);
+    say::set_verbose(verbose > 0);
     let bar = ProgressBar::hidden();
     logging::init(log_format, verbose, quiet, &bar);
     let command = || match arguments.command {

@@ -25,6 +25,7 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::progress::Progress;
 use crate::cli::report::{Copies, Pages};
+use crate::cli::say;
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
 use crate::store::objects::Location;
@@ -146,10 +147,15 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     if !arguments.batch.is_quiet() {
         match watch.only() {
             Some(only) => {
-                print(&terminal::summary(&only.session, &only.coefficients));
+                print(&terminal::summary(
+                    &only.session,
+                    &only.coefficients,
+                    &only.warnings,
+                    say::width(),
+                ));
                 print(&report::session::laps::terminal(&only.laps.laps));
                 print(&report::session::lap_trends::terminal(&only.laps.trends));
-                print(&terminal::costs(&only.costs));
+                print(&terminal::costs(&only.costs, say::width()));
                 print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
             }
             None => {
@@ -157,7 +163,9 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
             }
         }
     }
-    tracing::info!("report: {}", out.join("report/index.html"));
+    if !arguments.batch.is_quiet() {
+        print(&format!("\nReport: {}\n", out.join("report/index.html")));
+    }
     damaged(&accounts)?;
     rejected(&accounts)
 }
@@ -223,5 +231,8 @@ fn overview(accounts: &Accounts, out: &Path, seconds: f64) -> Result<String, Fai
     sessions.retain(|s| ours(&s.ident));
     let mut coefficients = report::tables::coefficients(out)?;
     coefficients.retain(|c| ours(&c.ident));
-    Ok(terminal::batch_summary(&sessions, &coefficients, &accounts.rejected, seconds))
+    let mut warnings = report::tables::warnings(out)?;
+    warnings.retain(|w| ours(&w.ident));
+    let (rejected, layout) = (&accounts.rejected, (seconds, say::width()));
+    Ok(terminal::batch_summary(&sessions, &coefficients, rejected, &warnings, layout))
 }

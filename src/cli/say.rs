@@ -4,10 +4,24 @@ use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::report::terminal::WIDTH;
 use crate::store::objects::plain::plain;
 
 /// Whether `--quiet` was given.
 static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Whether `--verbose` was given.
+static VERBOSE: AtomicBool = AtomicBool::new(false);
+
+/// From now on results have their details, or not.
+pub(super) fn set_verbose(verbose: bool) {
+    VERBOSE.store(verbose, Ordering::Relaxed);
+}
+
+/// Whether results have their details.
+pub(crate) fn is_verbose() -> bool {
+    VERBOSE.load(Ordering::Relaxed)
+}
 
 /// From now on notes are left out, or not.
 pub(super) fn set_quiet(quiet: bool) {
@@ -17,6 +31,12 @@ pub(super) fn set_quiet(quiet: bool) {
 /// Whether progress, summaries and notes are left out.
 pub(crate) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
+}
+
+/// Columns of lines on stdout: the terminal's, from 80 to 120; 100 where there is none.
+pub(crate) fn width() -> usize {
+    let of_terminal = terminal_size::terminal_size_of(std::io::stdout());
+    of_terminal.map_or(WIDTH, |(columns, _)| usize::from(columns.0).clamp(80, 120))
 }
 
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on

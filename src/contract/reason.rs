@@ -56,6 +56,7 @@ codes! {
     Combined: "combined", "Braking or accelerating while leaning.";
     UnknownBrake: "unknown_brake", "It is unknown which brake acts.";
     EngineBraking: "engine_braking", "The engine brakes along, or instead.";
+    NotNeeded: "not_needed", "Other manoeuvres of the ride show the same better.";
     Weak: "weak", "Too gentle to learn from.";
     Short: "short", "Too short.";
     MissingSamples: "missing_samples", "Too many of its samples are missing.";

@@ -16,20 +16,9 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 
-use super::samples::{Samples, between};
-
-/// Slip angles, front and rear.
-pub(crate) const SLIP_ANGLE: [Channel; 2] = [Channel::SlipAngleFront, Channel::SlipAngleRear];
-/// Longitudinal forces.
-pub(crate) const FORCE_X: [Channel; 2] = [Channel::WheelForceXFront, Channel::WheelForceXRear];
-/// Side forces.
-pub(crate) const FORCE_Y: [Channel; 2] = [Channel::WheelForceYFront, Channel::WheelForceYRear];
-/// Loads.
-pub(crate) const LOAD: [Channel; 2] = [Channel::WheelForceZFront, Channel::WheelForceZRear];
-/// Overturning moments.
-pub(crate) const MOMENT_X: [Channel; 2] = [Channel::WheelMomentXFront, Channel::WheelMomentXRear];
-/// Brake torques.
-pub(crate) const BRAKE_TORQUE: [Channel; 2] = [Channel::BrakeTorqueFront, Channel::BrakeTorqueRear];
+use super::samples::{
+    BRAKE_TORQUE, FORCE_X, FORCE_Y, LOAD, MOMENT_X, SLIP_ANGLE, Samples, between,
+};
 
 /// Scale of a measuring wheel's force or moment, or of a brake's torque, standard deviation: makers state 1 % with crosstalk.
 const FORCE_SCALE: f64 = 0.01;

@@ -6,7 +6,19 @@ use crate::segment::Segment;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 use super::Config;
-use super::measured::{BRAKE_TORQUE, FORCE_X, FORCE_Y, LOAD, MOMENT_X, SLIP_ANGLE};
+
+/// Slip angles, front and rear.
+pub(crate) const SLIP_ANGLE: [Channel; 2] = [Channel::SlipAngleFront, Channel::SlipAngleRear];
+/// Longitudinal forces.
+pub(crate) const FORCE_X: [Channel; 2] = [Channel::WheelForceXFront, Channel::WheelForceXRear];
+/// Side forces.
+pub(crate) const FORCE_Y: [Channel; 2] = [Channel::WheelForceYFront, Channel::WheelForceYRear];
+/// Loads.
+pub(crate) const LOAD: [Channel; 2] = [Channel::WheelForceZFront, Channel::WheelForceZRear];
+/// Overturning moments.
+pub(crate) const MOMENT_X: [Channel; 2] = [Channel::WheelMomentXFront, Channel::WheelMomentXRear];
+/// Brake torques.
+pub(crate) const BRAKE_TORQUE: [Channel; 2] = [Channel::BrakeTorqueFront, Channel::BrakeTorqueRear];
 
 macro_rules! samples {
     (one: { $($(#[$doc:meta])* $column:ident,)* } two: { $($(#[$of:meta])* $pair:ident,)* }) => {

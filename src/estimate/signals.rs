@@ -765,6 +765,62 @@ mod tests {
         assert!((printed[0] - 0.5 * weight).abs() < 1e-9);
     }
 
+    /// Slip forces of a braking with both brakes at 10 m/s², with sensors of some channels that show these values.
+    fn shared(sensors: &dyn Fn(&Inputs, [f64; 2]) -> Vec<(Channel, f64)>) -> [f64; 2] {
+        let bike = Bike::parse(BIKE, "b", Path::new("b.toml")).expect("bike");
+        let mut inputs = Inputs::nominal(&bike, Formulation::Corrected, Zeros::default());
+        (inputs.drag, inputs.rolling) = (0.0, 0.0);
+        let transfer = 200.0 * 10.0 * 0.6 / 1.4;
+        let load = [100.0 * GRAVITY + transfer, 100.0 * GRAVITY - transfer];
+        let mut session = Session::new(Meta::default(), 100.0, 200);
+        session.set(Channel::VelocityX, vec![20.0; 200]);
+        session.set(Channel::AccelerationX, vec![-10.0; 200]);
+        session.set(Channel::WheelSpeedFront, vec![66.0; 200]);
+        session.set(Channel::WheelSpeedRear, vec![66.0; 200]);
+        for (channel, value) in sensors(&inputs, load) {
+            session.set(channel, vec![value; 200]);
+        }
+        let kind = ManoeuvreKind::CombinedBraking;
+        let braking = Segment {
+            kind,
+            start: 0,
+            end: 200,
+            direction: None,
+            quality: 1.0,
+            used: true,
+            reason: None,
+        };
+        let samples = gather(&session, &[braking], &[kind], 100.0, 0.0, &Config::default());
+        let signals = inputs.straight(&samples, &vec![Action::Measured; samples.len()]);
+        let middle = samples.len() / 2;
+        [0, 1].map(|k| signals.force_x[k][middle])
+    }
+
+    #[test]
+    fn sensors_of_the_wheels_share_a_braking_with_both_brakes() {
+        let near = |found: [f64; 2], truth: [f64; 2]| {
+            assert!(found.iter().zip(truth).all(|(f, t)| (f - t).abs() < 1.0), "{found:?}");
+        };
+        // 2000 N in all: the balance keeps the sum, whatever the scale of both sensors
+        for scale in [1.0, 1.02] {
+            let forces = shared(&|_, _| {
+                let (x, y) = (Channel::WheelForceXFront, Channel::WheelForceXRear);
+                vec![(x, -1500.0 * scale), (y, -500.0 * scale)]
+            });
+            near(forces, [-1500.0, -500.0]);
+        }
+        // a torque acts about the axle, which stands lower than the wheel rolls
+        let torques = shared(&|inputs, load| {
+            let height = [0, 1].map(|k| inputs.axle_height(k, load[k]));
+            assert!(height[0] < inputs.radius[0] - 0.005, "{height:?}");
+            let (x, y) = (Channel::BrakeTorqueFront, Channel::BrakeTorqueRear);
+            vec![(x, 1500.0 * height[0]), (y, 500.0 * height[1])]
+        });
+        near(torques, [-1500.0, -500.0]);
+        near(shared(&|_, _| vec![(Channel::WheelForceXRear, -500.0)]), [-1500.0, -500.0]);
+        assert!(shared(&|_, _| Vec::new()).iter().all(|f| f.is_nan()));
+    }
+
     #[test]
     fn rolling_wheels_carry_ahead_of_their_axles() {
         let [front, rear] = loads(Formulation::Corrected, 0.0, 0.02);

@@ -11,7 +11,8 @@
 //!
 //! Each comes with its standard error, which the fits pass on.
 
-use super::measured::{SLIP_ANGLE, SLIP_ANGLE_ZERO};
+use super::measured::SLIP_ANGLE_ZERO;
+use super::samples::SLIP_ANGLE;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;

@@ -10,10 +10,8 @@ use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::Action;
 use crate::estimate::zeros::Zeros;
 use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::braking::ENOUGH_ALONE;
 use crate::{estimate, segment::Segment};
-
-/// Brakings with one brake alone of which a tyre's friction curve needs no others.
-const ENOUGH_ALONE: usize = 6;
 
 /// The samples of a session, gathered once.
 #[derive(Debug, Clone)]

@@ -22,6 +22,7 @@ pub(crate) use open::open;
 pub(crate) use page_shell::is_own;
 pub(crate) use written::{damaged, is_whole};
 
+pub(crate) mod answer;
 pub(crate) mod as_read;
 pub(crate) mod assets;
 pub(crate) mod build;

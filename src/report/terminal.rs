@@ -1,17 +1,21 @@
-//! Tables that a run prints on stdout: plain text, at most 100 columns, no control characters.
+//! What a run prints on stdout: plain text as wide as the terminal, 100 columns elsewhere, no control characters.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::contract::coefficient::Coefficient as C;
+use crate::report::answer;
 use crate::report::as_read;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
 use crate::statistics::number_format::{self, fixed};
 use crate::statistics::order::median_of_finite;
-use crate::store::tables::rows::{Coefficient, Rejected, SessionRow, Status};
+use crate::store::tables::rows::{Coefficient, Rejected, SessionRow, Status, WarningRow};
 
-const WIDTH: usize = 100;
+/// Columns where there is no terminal.
+pub(crate) const WIDTH: usize = 100;
+/// Columns from which the standard errors have a column of their own.
+const WIDE: usize = 99;
 
 /// The main coefficients, one column each in the batch's summary.
 const MAIN: [(C, &str); 5] = [
@@ -26,18 +30,25 @@ const MAIN: [(C, &str); 5] = [
 const OFFROAD: [(C, &str); 2] =
     [(C::EngagedFrictionBraking, "B/N"), (C::EngagedFrictionDriving, "D/N")];
 
-/// One session: who, the verdict, and every coefficient with its interval, by tyre; under those
-/// that are not determined, why.
-pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
+/// One session: who, what it gives in sentences, its warnings, and every coefficient with its interval, by tyre; under those
+/// that are not determined, why. Lines of at most `width` characters, 80 or more.
+pub fn summary(
+    session: &SessionRow,
+    coefficients: &[Coefficient],
+    warnings: &[WarningRow],
+    width: usize,
+) -> String {
     let mut out = String::new();
     line(&mut out, &heading(session));
+    let mut read = coefficients.to_vec();
+    read.iter_mut().for_each(as_read::coefficient);
+    sentences(&mut out, &answer::of_session(&read), width);
     let verdict = labels::verdict(coefficients.iter().map(|c| c.status));
     let (used, all) = (session.n_used, session.n_manoeuvres);
-    let warnings =
-        number_format::count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
-    for text in wrap(&format!("{verdict}; {used} of {all} manoeuvres used; {warnings}"), WIDTH) {
-        line(&mut out, &text);
-    }
+    let counted = number_format::count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
+    let verdict = format!("{verdict}; {used} of {all} manoeuvres used; {counted}.");
+    sentences(&mut out, &[verdict], width);
+    sentences(&mut out, &answer::of_warnings(warnings), width);
     let mut rows: Vec<&Coefficient> = coefficients.iter().collect();
     rows.sort_by_key(|c| labels::order(&c.tyre, &c.coefficient));
     let mut tyre = "";
@@ -45,17 +56,17 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
         if c.tyre != tyre {
             tyre = &c.tyre;
             line(&mut out, "");
-            line(
-                &mut out,
-                &format!(
-                    "{:<26}{:>11}   {:<10}{:>22}  {:<6}  status",
-                    clean(labels::tyre(tyre)),
-                    "value",
-                    "std error",
-                    "95 % interval",
-                    "unit"
+            let tyre = clean(labels::tyre(tyre));
+            let head = match width >= WIDE {
+                true => format!(
+                    "{tyre:<26}{:>11}   {:<10}{:>22}  {:<6}  status",
+                    "value", "std error", "95 % interval", "unit"
                 ),
-            );
+                false => {
+                    format!("{tyre:<26}{:>9} {:>19} {:<5} status", "value", "95 % interval", "unit")
+                }
+            };
+            line(&mut out, &head);
         }
         let mut read = (*c).clone();
         as_read::coefficient(&mut read);
@@ -67,18 +78,16 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
         };
         let sign = if shown.std_error.is_empty() { ' ' } else { '±' };
         let value = if shown.value.is_empty() { "-" } else { &shown.value };
-        line(
-            &mut out,
-            &format!(
-                "  {:<24}{:>11} {sign} {:<10}{:>22}  {:<6}  {}",
-                clean(&name),
-                value,
-                shown.std_error,
-                shown.interval(" to "),
-                clean(&labels::unit(&c.unit)),
-                c.status.words()
+        let (name, unit) = (clean(&name), clean(&labels::unit(&c.unit)));
+        let (interval, status) = (shown.interval(" to "), c.status.words());
+        let row = match width >= WIDE {
+            true => format!(
+                "  {name:<24}{value:>11} {sign} {:<10}{interval:>22}  {unit:<6}  {status}",
+                shown.std_error
             ),
-        );
+            false => format!("  {name:<24}{value:>9} {interval:>19} {unit:<5} {status}"),
+        };
+        line(&mut out, &row);
         // once under those that share it
         let shared = rows.get(i + 1).is_some_and(|next| {
             (&next.tyre, next.status, next.why()) == (&c.tyre, c.status, c.why())
@@ -87,7 +96,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
             && !shared
             && let Some(reason) = c.why()
         {
-            for text in wrap(&clean(&reason), WIDTH - 6) {
+            for text in wrap(&clean(&reason), width - 6) {
                 line(&mut out, &format!("      {text}"));
             }
         }
@@ -96,14 +105,14 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
 }
 
 /// What the numbers cost that the bike file does not have or is not sure of; nothing where it knows all that matter.
-pub(crate) fn costs(costs: &[String]) -> String {
+pub(crate) fn costs(costs: &[String], width: usize) -> String {
     let mut out = String::new();
     if !costs.is_empty() {
         line(&mut out, "");
         line(&mut out, "What the bike file lacks or is not sure of costs most");
     }
     for cost in costs {
-        let lines = wrap(&clean(cost), WIDTH - 4);
+        let lines = wrap(&clean(cost), width - 4);
         for (i, text) in lines.iter().enumerate() {
             let indent = if i == 0 { "  " } else { "    " };
             line(&mut out, &format!("{indent}{text}"));
@@ -112,13 +121,14 @@ pub(crate) fn costs(costs: &[String]) -> String {
     out
 }
 
-/// A batch: what went in and came out, how long it took, and for each bike and tyre the medians
-/// of the main coefficients over its sessions.
+/// A batch: what went in and came out, how long it took, what its tyres have and what is missing in sentences, its warnings,
+/// and for each bike and tyre the medians of the main coefficients over its sessions.
 pub fn batch_summary(
     sessions: &[SessionRow],
     coefficients: &[Coefficient],
     rejected: &[Rejected],
-    seconds: f64,
+    warnings: &[WarningRow],
+    (seconds, width): (f64, usize),
 ) -> String {
     let mut out = String::new();
     let inputs = sessions.len() + rejected.len();
@@ -132,8 +142,19 @@ pub fn batch_summary(
             number_format::duration(seconds)
         ),
     );
+    sentences(&mut out, &answer::of_batch(sessions, coefficients), width);
+    sentences(&mut out, &answer::of_warnings(warnings), width);
     medians(&mut out, sessions, coefficients);
     out
+}
+
+/// Each sentence on lines of its own, the second and later ones indented.
+pub(crate) fn sentences(out: &mut String, all: &[String], width: usize) {
+    for sentence in all {
+        for (i, text) in wrap(&clean(sentence), width - 2).into_iter().enumerate() {
+            line(out, &if i == 0 { text } else { format!("  {text}") });
+        }
+    }
 }
 
 /// What was rejected and why, one after the other; of more than `most` only the first.
@@ -202,6 +223,19 @@ fn heading(session: &SessionRow) -> String {
     parts.push(number_format::duration(session.duration));
     parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     parts.join("  ")
+}
+
+/// Lines of a text wrapped to `width` characters; what a long line goes on with is indented by two more than its begin.
+pub(crate) fn wrapped(text: &str, width: usize) -> String {
+    let mut out = String::new();
+    for whole in text.lines() {
+        let indent = whole.len() - whole.trim_start().len();
+        for (i, part) in wrap(whole, width - indent - 2).into_iter().enumerate() {
+            let indent = if i == 0 { indent } else { indent + 2 };
+            line(&mut out, &format!("{:indent$}{part}", ""));
+        }
+    }
+    out
 }
 
 /// Text from a log without control characters, which would act on the terminal.
@@ -298,7 +332,7 @@ mod tests {
             coefficient("rear", "mf_d", None, Some(long)),
             coefficient("front", "effective_rolling_radius", Some(0.298_712), None),
         ];
-        let text = summary(&session(), &rows);
+        let text = summary(&session(), &rows, &[], WIDTH);
         assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
         assert!(!text.contains('\u{1b}'));
         assert!(text.contains("0.2987 ± 0.0030"), "{text}");
@@ -336,7 +370,7 @@ mod tests {
         };
         let rows = [coefficient("front", "mf_d", Some(1.2), None)];
         let rejected = [rejected];
-        let text = batch_summary(&[session()], &rows, &rejected, 12.34);
+        let text = batch_summary(&[session()], &rows, &rejected, &[], (12.34, WIDTH));
         assert!(text.starts_with("2 sessions in, 1 out, 1 rejected, 12.3 s\n"), "{text}");
         assert!(text.contains("1.2000 (1)") || text.contains("1.200 (1)"), "{text}");
         let list = rejections(&rejected, 20);

@@ -18,7 +18,10 @@
 //! Cost: the means over the coarse blocks; a 20-minute session takes a few milliseconds.
 
 use crate::contract::bike::Bike;
+use crate::contract::reason::{Reason, ReasonCode};
 use crate::contract::session::Session;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::braking::ENOUGH_ALONE;
 use crate::segment::manoeuvre::features::Features;
 
 mod cut;
@@ -35,5 +38,21 @@ pub(crate) use segments::Segment;
 /// Empty without forward velocity.
 pub fn run(session: &Session, bike: &Bike, config: &Config) -> Vec<Segment> {
     let features = Features::new(session, bike);
-    cut::cut(&features, &config.detectors(), session.len)
+    let mut segments = cut::cut(&features, &config.detectors(), session.len);
+    leave_out_combined(&mut segments);
+    segments
+}
+
+/// Leaves out brakings with both brakes, whose shares sensors tell, where both tyres have enough with one brake alone.
+fn leave_out_combined(segments: &mut [Segment]) {
+    let alone = |kind| segments.iter().filter(|s| s.used && s.kind == kind).count();
+    let needed = [ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking]
+        .into_iter()
+        .any(|kind| alone(kind) < ENOUGH_ALONE);
+    let combined = |s: &&mut Segment| s.used && s.kind == ManoeuvreKind::CombinedBraking;
+    for segment in segments.iter_mut().filter(combined).filter(|_| !needed) {
+        segment.used = false;
+        let words = "both brakes: brakings with one alone show the same better";
+        segment.reason = Some(Reason::new(ReasonCode::NotNeeded, words));
+    }
 }

@@ -121,7 +121,8 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
         }
     }
     let mut session = record(meta(tour, id, number, fall.is_some()), tour, &samples);
-    wheel_sensors::of_multibody(&mut session, &samples, &tour.sensors);
+    let seen = samples.iter().map(|s| (s.wheels, s.action));
+    wheel_sensors::of_multibody(&mut session, seen, &tour.sensors);
     for &channel in &tour.drop {
         session.remove(channel);
     }

@@ -2,7 +2,7 @@
 //! that `[sensors]` of the scenario gives errors of.
 
 use super::motorcycle::Plant;
-use super::ride::Sample;
+use super::multibody::{Action, Wheel};
 use super::sensors::Sensors;
 use super::simulated::Simulated;
 use crate::contract::bike::Axle;
@@ -47,21 +47,26 @@ fn any(sensors: &Sensors) -> bool {
     all.any(|c| sensors.contains_key(c.name())) || sensors.contains_key(Channel::SteerTorque.name())
 }
 
-/// Puts what the sensors see of a ride of the nonlinear motorcycle into its log, without their errors.
-pub fn of_multibody(session: &mut Session, samples: &[Sample], sensors: &Sensors) {
+/// Puts what the sensors see of a ride of the nonlinear motorcycle, both wheels and what the rider does at every sample, into
+/// its log, without their errors.
+pub fn of_multibody(
+    session: &mut Session,
+    samples: impl Iterator<Item = ([Wheel; 2], Action)>,
+    sensors: &Sensors,
+) {
     if !any(sensors) {
         return;
     }
     let mut seen = Seen::default();
-    for s in samples {
-        let of = |f: fn(&crate::simulate::multibody::Wheel) -> f64| s.wheels.each_ref().map(f);
+    for (wheels, action) in samples {
+        let of = |f: fn(&Wheel) -> f64| wheels.each_ref().map(f);
         seen.put(Quantity::SlipAngle, of(|w| w.kinematic[1]));
         seen.put(Quantity::ForceX, of(|w| w.force[0]));
         seen.put(Quantity::ForceY, of(|w| w.force[1]));
         seen.put(Quantity::Load, of(|w| w.load));
         seen.put(Quantity::MomentX, of(|w| w.moment_x));
-        seen.put(Quantity::BrakeTorque, s.action.brake);
-        seen.steer_torque.push(s.action.steer_torque);
+        seen.put(Quantity::BrakeTorque, action.brake);
+        seen.steer_torque.push(action.steer_torque);
     }
     seen.record(session, sensors);
 }

@@ -88,5 +88,6 @@ mod transients;
 mod trust;
 mod tydex;
 mod verify;
+mod wheel_sensors;
 mod words;
 mod wrong_input;

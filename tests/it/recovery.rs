@@ -349,7 +349,13 @@ fn changes_by_some_samples_are_those_by_all_and_those_of_the_chain() {
     let settings = fit::Config::default();
     let changes = |most: usize| {
         let refit = Refit::new(&data, [&nominal, inputs], fits, samples, &settings, most);
-        refit.changes(variations(&inputs.bike, &data.zeros, &fits.coasting, inputs.formulation))
+        refit.changes(variations(
+            &inputs.bike,
+            &data.zeros,
+            &fits.coasting,
+            inputs.formulation,
+            &[],
+        ))
     };
     let (all, some) = (changes(usize::MAX), changes(MOST_CORNER));
     let own = |id| solution.uncertainty(id).variance.sqrt();

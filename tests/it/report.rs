@@ -608,6 +608,6 @@ fn demo() {
     let rejected = tables::rejected(Path::new(&out)).expect("rejected");
     let own = |c: &&Coefficient| c.ident.key() == sessions[1].ident.key();
     let own: Vec<Coefficient> = coefficients.iter().filter(own).cloned().collect();
-    println!("{}", terminal::summary(&sessions[1], &own));
-    println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, 12.3));
+    println!("{}", terminal::summary(&sessions[1], &own, &[], 100));
+    println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, &[], (12.3, 100)));
 }

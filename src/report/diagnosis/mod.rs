@@ -1,5 +1,6 @@
 //! The pages of diagnosed sessions.
 
+pub(crate) mod answer;
 pub(crate) mod bars;
 pub(crate) mod cause_labels;
 pub(crate) mod changes;

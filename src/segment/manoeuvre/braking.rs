@@ -70,6 +70,9 @@ pub(super) static COMBINED_BRAKING: Declaration = Declaration {
     force_row: Some(5),
 };
 
+/// Brakings with one brake alone of which a tyre's friction curve needs none with both: those need no shares.
+pub(crate) const ENOUGH_ALONE: usize = 6;
+
 /// Share of the last half second's hold at which the lever is being let go.
 const LETTING_GO: f64 = 0.7;
 

@@ -32,6 +32,7 @@ use super::ride::{MultibodyRide, sample};
 use super::sensors;
 use super::simulated::labels;
 use super::unsteady::Unsteady;
+use super::wheel_sensors;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
@@ -174,6 +175,8 @@ fn attempted(track: &Track, mut entry: Entry, number: usize) -> Result<TrackRide
         rider_id: None,
     };
     let mut session = record(track, meta, &entry, &samples, &hands);
+    let seen = samples.iter().map(|s| (s.wheels, s.action));
+    wheel_sensors::of_multibody(&mut session, seen, &track.sensors);
     for &channel in &track.drop {
         session.remove(channel);
     }

@@ -1,0 +1,194 @@
+//! What a run gave, in sentences: the first thing that the terminal says.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::coefficient_text::CoefficientText;
+use crate::report::labels;
+use crate::statistics::number_format;
+use crate::store::tables::rows::{Coefficient, SessionRow, Status, WarningRow};
+
+/// What people ask of a tyre, in the order of the sentence, in their words.
+const ASKED: [(C, &str); 7] = [
+    (C::MfD, "peak friction"),
+    (C::CorneringStiffness0, "cornering stiffness"),
+    (C::CamberStiffness0, "camber stiffness"),
+    (C::OverturningStiffness, "crown radius"),
+    (C::EffectiveRollingRadius, "rolling radius"),
+    (C::EngagedFrictionBraking, "friction braking"),
+    (C::EngagedFrictionDriving, "friction driving"),
+];
+/// Asked of the tyre where its peak friction is not known.
+const INSTEAD: (C, &str) = (C::SlipStiffness, "slip stiffness");
+/// Advice that is given.
+const ADVICE: usize = 2;
+/// Warnings that are written out.
+const WARNINGS: usize = 3;
+
+/// A sentence for each tyre of one session, and what to ride for what is missing.
+pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
+    let mut out = Vec::new();
+    // what is missing, by what to ride for it
+    let mut missing: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    for part in [Part::Front, Part::Rear] {
+        let own = |c: C| rows.iter().find(|r| r.tyre == part.name() && r.coefficient == c.name());
+        let peak = own(C::MfD).is_some_and(|r| r.status == Status::Ok);
+        let instead = (!peak).then_some(INSTEAD);
+        let mut known = Vec::new();
+        for (coefficient, words) in ASKED.into_iter().chain(instead) {
+            let Some(row) = own(coefficient) else { continue };
+            let text = CoefficientText::of(row);
+            let unit = labels::unit(&row.unit);
+            let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
+            match row.status {
+                Status::Ok => {
+                    known.push(format!("{words} {}{unit} ({})", text.value, text.interval(" to ")));
+                }
+                Status::LowerBound => known.push(format!("{words} {}{unit}", text.interval(""))),
+                _ => {
+                    if let Some(advice) = &row.advice {
+                        missing.entry(advice).or_default().insert(words.to_owned());
+                    }
+                }
+            }
+        }
+        if rows.iter().any(|r| r.tyre == part.name()) {
+            let known = if known.is_empty() { "not determined".into() } else { known.join(", ") };
+            out.push(format!("{}: {known}.", labels::tyre(part.name())));
+        }
+    }
+    let mut advice: Vec<(&str, BTreeSet<String>)> = missing.into_iter().collect();
+    advice.sort_by_key(|(_, words)| std::cmp::Reverse(words.len()));
+    for (ride, words) in advice.into_iter().take(ADVICE) {
+        let words: Vec<String> = words.into_iter().collect();
+        out.push(format!("For {}: {ride}.", words.join(" and ")));
+    }
+    out
+}
+
+/// How many tyres of all sessions have each of the numbers, in a sentence, and what would tell more.
+pub(crate) fn of_batch(sessions: &[SessionRow], rows: &[Coefficient]) -> Vec<String> {
+    let mut known = Vec::new();
+    let mut missing: BTreeMap<&str, (usize, BTreeSet<&str>)> = BTreeMap::new();
+    for (coefficient, words) in ASKED {
+        let own = |r: &&Coefficient| {
+            r.coefficient == coefficient.name()
+                && [Part::Front.name(), Part::Rear.name()].contains(&r.tyre.as_str())
+        };
+        let all: Vec<&Coefficient> = rows.iter().filter(own).collect();
+        let ok = all.iter().filter(|r| r.status == Status::Ok).count();
+        for row in all.iter().filter(|r| r.status != Status::Ok) {
+            if let Some(advice) = &row.advice {
+                let (n, of) = missing.entry(advice).or_default();
+                *n += 1;
+                of.insert(words);
+            }
+        }
+        if !all.is_empty() {
+            known.push(format!("{words} {ok} of {}", all.len()));
+        }
+    }
+    let mut out = Vec::new();
+    if !known.is_empty() {
+        let sessions = number_format::count(sessions.len(), "session");
+        out.push(format!("Tyres of {sessions} with {}.", known.join(", ")));
+    }
+    if let Some((ride, (n, words))) = missing.into_iter().max_by_key(|(_, (n, _))| *n) {
+        let words: Vec<&str> = words.into_iter().collect();
+        out.push(format!("Most is missing of {} ({n}): {ride}.", words.join(" and ")));
+    }
+    out
+}
+
+/// The warnings of one session, or how many sessions have which ones with an example.
+pub(crate) fn of_warnings(warnings: &[WarningRow]) -> Vec<String> {
+    let sessions: BTreeSet<&str> = warnings.iter().map(|w| w.ident.session_id.as_str()).collect();
+    let mut by_code: BTreeMap<&str, Vec<&WarningRow>> = BTreeMap::new();
+    for warning in warnings {
+        by_code.entry(&warning.code).or_default().push(warning);
+    }
+    let mut codes: Vec<(&str, Vec<&WarningRow>)> = by_code.into_iter().collect();
+    codes.sort_by_key(|(_, all)| std::cmp::Reverse(all.len()));
+    let left = codes.len().saturating_sub(WARNINGS);
+    let say = |(code, all): (&str, Vec<&WarningRow>)| -> Option<String> {
+        let first = all.first()?;
+        let of: BTreeSet<&str> = all.iter().map(|w| w.ident.session_id.as_str()).collect();
+        Some(match (sessions.len(), all.len()) {
+            (1, 1) => format!("Warning ({code}): {}", first.message),
+            (1, n) => format!("Warning ({code}, {n} times): {}", first.message),
+            _ => format!(
+                "Warning ({code}, {}), as of {}: {}",
+                number_format::count(of.len(), "session"),
+                first.ident.session_id,
+                first.message
+            ),
+        })
+    };
+    let mut out: Vec<String> = codes.into_iter().take(WARNINGS).filter_map(say).collect();
+    if left > 0 {
+        out.push(format!("{} more: table `warnings`.", number_format::count(left, "kind")));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::tables::rows::Ident;
+
+    fn row(tyre: &str, c: C, status: Status, [value, low, high]: [Option<f64>; 3]) -> Coefficient {
+        Coefficient {
+            tyre: tyre.into(),
+            coefficient: c.name().into(),
+            unit: c.spec().unit.into(),
+            status,
+            value,
+            ci95_low: low,
+            ci95_high: high,
+            advice: Some("ride corners".into()),
+            ..Coefficient::default()
+        }
+    }
+
+    #[test]
+    fn a_session_is_told_tyre_by_tyre_with_what_to_ride() {
+        let some = [Some(1.052), Some(1.02), Some(1.083)];
+        let rows = [
+            row("front", C::MfD, Status::Ok, some),
+            row("rear", C::MfD, Status::LowerBound, [None, Some(0.8), None]),
+            row("front", C::CorneringStiffness0, Status::PoorlyDetermined, some),
+            row("rear", C::CamberStiffness0, Status::NotAvailable, [None; 3]),
+        ];
+        let said = of_session(&rows);
+        assert_eq!(
+            said,
+            [
+                "Front tyre: peak friction 1.052 (1.020 to 1.083).",
+                "Rear tyre: peak friction at least 0.80.",
+                "For camber stiffness and cornering stiffness: ride corners.",
+            ]
+        );
+        let batch = of_batch(&[], &rows);
+        assert!(batch[0].contains("peak friction 1 of 2, cornering stiffness 0 of 1"), "{batch:?}");
+    }
+
+    #[test]
+    fn warnings_are_counted_by_code_the_most_frequent_first() {
+        let warning = |session: &str, code: &str| WarningRow {
+            ident: Ident { session_id: session.into(), ..Ident::default() },
+            code: code.into(),
+            message: format!("{code} of {session}"),
+            ..WarningRow::default()
+        };
+        let rows = [warning("a", "gap"), warning("b", "gap"), warning("a", "clock")];
+        assert_eq!(
+            of_warnings(&rows),
+            [
+                "Warning (gap, 2 sessions), as of a: gap of a",
+                "Warning (clock, 1 session), as of a: clock of a"
+            ]
+        );
+        assert_eq!(of_warnings(&rows[2..]), ["Warning (clock): clock of a"]);
+        assert!(of_warnings(&[]).is_empty());
+    }
+}
