@@ -4,7 +4,7 @@ use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
-use crate::cli::say::say;
+use crate::cli::say::{self, put, say};
 use crate::cli::steps::Steps;
 use crate::contract::coefficient::{Coefficient as C, SLALOM};
 use crate::contract::status::Status;
@@ -13,6 +13,8 @@ use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan, scenario};
 use crate::pipeline::Pipeline;
 use crate::pipeline::predicted::{Expected, Predicted};
+use crate::report::readable::size;
+use crate::report::terminal;
 use crate::simulate::scenario::BUILTIN;
 use crate::simulate::tour::{BUILTIN as TOURS, Tour};
 
@@ -75,24 +77,15 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     say!("{scenario}: a ride of {duration:.0} s, simulated and fitted\n");
     print_side_forces(&side_forces);
     say!("Smallest effects that it can reveal, at best\n");
-    say!(
-        "{:24} {:>10} {:8} {:>7}  {}",
-        "effect",
-        "limit",
-        "",
-        "typical",
-        "what would show it, where the limit is above 4 typical sizes"
-    );
+    say!("{:<24}{:>14}  in usual sizes", "effect", "limit");
     for row in &effects {
-        let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
+        let limit = row.limit.map_or("-".to_owned(), |x| size(x, row.unit));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
-        say!(
-            "{:24} {:>10} {:8} {usual:>7}  {}",
-            row.effect,
-            figure(row.limit),
-            row.unit,
-            hidden(row)
-        );
+        say!("{:<24}{limit:>14}{usual:>8}", row.effect);
+        let hidden = hidden(row);
+        if !hidden.is_empty() {
+            put!("{}", terminal::wrapped(&format!("    {hidden}"), say::width()));
+        }
     }
     say!("\nAlike (cosine of the responses beyond {ALIKE}):");
     if pairs.is_empty() {
@@ -106,11 +99,11 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
             }
             _ => String::new(),
         };
-        say!(
+        let text = format!(
             "{a} and {b}: {:+.2}, {:.1} standard deviations apart{after}",
-            row.cosine,
-            row.separation
+            row.cosine, row.separation
         );
+        put!("{}", terminal::wrapped(&text, say::width()));
     }
     Ok(())
 }
@@ -177,7 +170,10 @@ fn print_side_forces(found: &[Predicted]) {
         .collect();
     match gains.is_empty() {
         true => say!("\nFour more slalom passes would narrow no cornering stiffness by a tenth.\n"),
-        false => say!("\n{SLALOM}:\n  {}\n", gains.join(", ")),
+        false => {
+            let text = format!("\n{SLALOM}:\n  {}\n\n", gains.join(", "));
+            put!("{}", terminal::wrapped(&text, say::width()));
+        }
     }
 }
 
@@ -196,7 +192,7 @@ fn hidden(row: &EffectLimit) -> String {
         (Some(set), Some(limit), Some(usual), Some(after))
             if after * usual / limit < LARGEST_LIMIT =>
         {
-            format!("{base}{after:.2e} with {set}")
+            format!("{base}{} with {set}", size(after, row.unit))
         }
         _ => format!("{base}no set does"),
     }

@@ -42,6 +42,7 @@ pub(crate) mod open;
 pub(crate) mod page_names;
 pub(crate) mod page_shell;
 pub(crate) mod plots;
+pub(crate) mod readable;
 pub(crate) mod run;
 pub(crate) mod session;
 pub(crate) mod static_figures;

@@ -229,6 +229,10 @@ fn heading(session: &SessionRow) -> String {
 pub(crate) fn wrapped(text: &str, width: usize) -> String {
     let mut out = String::new();
     for whole in text.lines() {
+        if whole.chars().count() <= width {
+            line(&mut out, whole);
+            continue;
+        }
         let indent = whole.len() - whole.trim_start().len();
         for (i, part) in wrap(whole, width - indent - 2).into_iter().enumerate() {
             let indent = if i == 0 { indent } else { indent + 2 };

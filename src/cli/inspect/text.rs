@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::facts::{ChannelFacts, Estimate, Facts, Inspection};
 use crate::cli::number::number;
+use crate::cli::say;
 use crate::report::terminal;
 
 impl Inspection {
@@ -15,8 +16,8 @@ impl Inspection {
         let _ = write_channels(&self.channels, &mut out);
         let _ = self.write_findings(&mut out);
         let _ = write_estimates(&self.estimates, &mut out);
-        out.push_str(&terminal::costs(&self.costs));
-        out
+        out.push_str(&terminal::costs(&self.costs, say::width()));
+        terminal::wrapped(&out, say::width())
     }
 
     fn write_findings(&self, out: &mut String) -> std::fmt::Result {
@@ -65,6 +66,9 @@ impl Facts {
 }
 
 fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Result {
+    if say::width() < WIDE {
+        return write_channels_narrow(channels, out);
+    }
     writeln!(
         out,
         "\n{:<24}{:>6}{:>9}{:>9}{:>10}{:>6}{:>11}{:>11}{:>11}  verdict",
@@ -84,6 +88,27 @@ fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Resu
             number(c.median),
             number(c.max),
             c.verdict
+        )?;
+    }
+    Ok(())
+}
+
+/// Columns from which every figure of a channel has one.
+const WIDE: usize = 100;
+
+/// Without rate, samples and gaps, in 80 columns.
+fn write_channels_narrow(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:<22}{:>6}{:>7}{:>10}{:>10}{:>10}  verdict",
+        "channel", "unit", "miss %", "min", "median", "max"
+    )?;
+    for c in channels {
+        let [min, median, max] = [c.min, c.median, c.max].map(number);
+        writeln!(
+            out,
+            "{:<22}{:>6}{:>7.1}{min:>10}{median:>10}{max:>10}  {}",
+            c.channel, c.unit, c.missing, c.verdict
         )?;
     }
     Ok(())

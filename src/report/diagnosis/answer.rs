@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::outcome::{Outcome, is_found, outcome};
+use crate::report::readable;
 use crate::report::terminal::sentences;
-use crate::statistics::number_format;
+use crate::statistics::number_format::{self, decimals_of, fixed};
 use crate::store::tables::rows::CauseRow;
 
 /// Causes of single rides that have a line.
@@ -55,10 +56,14 @@ fn shared(row: &CauseRow) -> Option<String> {
     Some(format!("{of}: {what}: {value} ({interval}); `{}`.", row.effect))
 }
 
+/// A size and its interval with the digits that the interval leaves, in a person's unit.
 fn sized(row: &CauseRow) -> Option<(String, String)> {
-    row.value?;
-    let (value, interval) = cause_labels::size(row);
-    (!interval.is_empty()).then_some((value, interval))
+    let (unit, factor) = readable::unit(&row.unit);
+    let of = |x: Option<f64>| x.map(|x| x * factor);
+    let (value, low, high) = (of(row.value)?, of(row.ci95_low)?, of(row.ci95_high)?);
+    let digits = decimals_of(value, number_format::uncertainty(None, Some(low), Some(high)));
+    let [low, high] = [low, high].map(|x| fixed(x, digits));
+    Some((format!("{}{unit}", fixed(value, digits)), format!("{low} to {high}{unit}")))
 }
 
 /// Causes that no line above has, the most frequent first.
