@@ -95,7 +95,7 @@ pub(crate) fn of_batch(sessions: &[SessionRow], rows: &[Coefficient]) -> Vec<Str
     }
     if let Some((ride, (n, words))) = missing.into_iter().max_by_key(|(_, (n, _))| *n) {
         let words: Vec<&str> = words.into_iter().collect();
-        out.push(format!("Most is missing of {} ({n}): {ride}.", words.join(" and ")));
+        out.push(format!("Missing most often: {} ({n}): {ride}.", words.join(" and ")));
     }
     out
 }
