@@ -705,10 +705,10 @@ pub mod store {
                 LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
             };
             pub use crate::store::tables::rows::{
-                CauseRow, ChangeRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow,
-                EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
-                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
-                Truth, TyreRow, WarningRow,
+                CauseRow, ChangeRow, Coefficient, ComparisonRow, DiscrepancyRow, EffectTrace,
+                EstimateRow, EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint,
+                PooledRow, Provenance, RatioRow, Rejected, SessionRow, SimulatedSample,
+                SimulationError, Truth, TyreRow, WarningRow,
             };
         }
     }

@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn print(found: &Comparison, load: f64) {
     for (name, side) in ["A", "B"].into_iter().zip(&found.sides) {
-        wrapped(&format!("{name}  {}", about(side)), "   ");
+        wrapped(&format!("{name}: {}", about(side)), "   ");
     }
     say!();
     answer(found).iter().for_each(|sentence| wrapped(sentence, ""));
@@ -112,7 +112,7 @@ fn print(found: &Comparison, load: f64) {
 
 /// A side in a line.
 fn about(side: &Chosen) -> String {
-    let mut text = format!("{}: {}", side.text, count(side.sessions.len(), "session"));
+    let mut text = format!("{}, {}", side.text, count(side.sessions.len(), "session"));
     let bikes: Vec<&str> = side.bikes().into_iter().collect();
     match bikes.as_slice() {
         [bike] => text += &format!(" of {bike}"),
@@ -138,20 +138,34 @@ fn answer(found: &Comparison) -> Vec<String> {
     differ.sort_by_key(|row| {
         FIRST.iter().position(|c| c.name() == row.coefficient).unwrap_or(FIRST.len())
     });
+    let friction: Vec<&ComparisonRow> = found
+        .rows
+        .iter()
+        .filter(|row| row.coefficient == C::MfD.name() && is(row, Verdict::NoDifference))
+        .collect();
     let mut out: Vec<String> =
         differ.iter().take(SENTENCES).map(|row| row.sentence.clone()).collect();
-    let more = differ.len().saturating_sub(SENTENCES);
-    match (differ.len(), none) {
-        (0, 0) => {
-            return vec![
-                "Nothing can be compared: no coefficient is determined on both sides.".to_owned(),
-            ];
-        }
-        (0, n) => out.push(format!("No difference is seen in {}.", count(n, "coefficient"))),
-        (_, 0) if more == 0 => {}
-        (_, 0) => out.push(format!("{more} more differ.")),
-        (_, n) if more == 0 => out.push(format!("In {n} others no difference is seen.")),
-        (_, n) => out.push(format!("{more} more differ; in {n} no difference is seen.")),
+    if !friction.is_empty() {
+        let ends = |row: &&ComparisonRow| {
+            let [low, high] = [row.relative_low, row.relative_high].map(Option::unwrap_or_default);
+            format!("{} {} to {} %", row.tyre, percent(low), percent(high))
+        };
+        let ends: Vec<String> = friction.iter().map(ends).collect();
+        out.push(format!("No difference in peak friction is seen (95 %: {}).", ends.join(", ")));
+    }
+    if differ.is_empty() && none == 0 {
+        return vec![
+            "Nothing can be compared: no coefficient is determined on both sides.".to_owned(),
+        ];
+    }
+    let what = if out.is_empty() { "coefficient" } else { "other coefficient" };
+    let rest = none - friction.len();
+    let unseen = count(rest, what);
+    match (differ.len().saturating_sub(SENTENCES), rest) {
+        (0, 0) => {}
+        (0, _) => out.push(format!("No difference is seen in {unseen}.")),
+        (more, 0) => out.push(format!("{more} more differ.")),
+        (more, _) => out.push(format!("{more} more differ; no difference is seen in {unseen}.")),
     }
     let [a, b] = &found.sides;
     let both: Vec<&str> = a.bikes().intersection(&b.bikes()).copied().collect();
@@ -169,13 +183,12 @@ fn answer(found: &Comparison) -> Vec<String> {
     if !both.is_empty() && (unnamed(a) || unnamed(b)) {
         out.push("The logs do not say which tyres were on: they count as two sets.".to_owned());
     }
-    // of an honest twenty one lies outside
     let tested = found.rows.iter().filter(|row| row.difference.is_some()).count();
     let doubtful =
         differ.iter().filter(|row| row.false_discovery_rate.is_some_and(|q| q > 0.1)).count();
     if doubtful > 0 {
         out.push(format!(
-            "Of {tested} comparisons one in twenty differs by chance: {doubtful} of these may."
+            "Of {tested} comparisons about one in twenty differs by chance: {doubtful} of those that differ may."
         ));
     }
     let few = found.rows.iter().filter(|row| row.between_assumed == Some(true)).count();
@@ -198,21 +211,32 @@ const FIRST: [C; 6] = [
     C::PeakSlip,
 ];
 
+/// Width of a value with half of its interval.
+const VALUE: usize = 11;
+/// Width of an interval.
+const INTERVAL: usize = 13;
+
+/// The text of numbers with as many decimals as there is room for.
+fn fitted(places: usize, width: usize, text: impl Fn(usize) -> String) -> String {
+    let all = (0..=places).rev().map(&text);
+    all.into_iter().find(|t| t.chars().count() <= width).unwrap_or_else(|| text(0))
+}
+
 /// A value with half of its interval.
 fn value(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let (Some(value), Some(low), Some(high)) = (value, low, high) else { return "-".to_owned() };
     let half = 0.5 * (high - low);
-    let places = decimals_of(value, Some(half)).min(6);
-    format!("{}±{}", fixed(value, places), fixed(half, places))
+    let text = |places| format!("{}±{}", fixed(value, places), fixed(half, places));
+    fitted(decimals_of(value, Some(half)).min(6), VALUE, text)
 }
 
 fn table(rows: &[&ComparisonRow]) {
     say!();
     say!(
-        "{:21}{:>13}{:>13}{:>8} {:>14}{:>5} {}",
-        "95 % intervals",
-        "A",
-        "B",
+        "{:21}{:>12}{:>12}{:>8}{:>14}{:>5} {}",
+        "",
+        "A ±95 %",
+        "B ±95 %",
         "B - A",
         "95 %",
         "P",
@@ -226,9 +250,10 @@ fn table(rows: &[&ComparisonRow]) {
         }
         let a = value(row.value_a, row.ci95_low_a, row.ci95_high_a);
         let b = value(row.value_b, row.ci95_low_b, row.ci95_high_b);
-        let line = format!("  {:19}{a:>13}{b:>13}{}", noun(&row.coefficient), change(row));
+        let line = format!("  {:19}{a:>12}{b:>12}{}", noun(&row.coefficient), change(row));
         say!("{}", line.trim_end());
     }
+    say!("P: probability that B is larger. Of values below zero the sizes are compared.");
 }
 
 /// Difference, interval, probability and verdict.
@@ -240,9 +265,10 @@ fn change(row: &ComparisonRow) -> String {
         ),
         _ => {
             let ends = [row.ci95_low, row.ci95_high].map(|x| x.unwrap_or(f64::NAN));
-            let places = decimals_of(ends[0], Some(0.25 * (ends[1] - ends[0]))).min(3);
-            let size = fixed(row.difference.unwrap_or(f64::NAN), places);
-            (signed(size), format!("{} to {}", fixed(ends[0], places), fixed(ends[1], places)))
+            let places = decimals_of(ends[0], Some(0.25 * (ends[1] - ends[0]))).min(6);
+            let size = row.difference.unwrap_or(f64::NAN);
+            let both = |n| format!("{} to {}", fixed(ends[0], n), fixed(ends[1], n));
+            (fitted(places, 7, |n| signed(fixed(size, n))), fitted(places, INTERVAL, both))
         }
     };
     let chance = row.probability_larger.map_or("-".to_owned(), |p| match p {
@@ -251,10 +277,10 @@ fn change(row: &ComparisonRow) -> String {
         p => format!("{:.0}%", 100.0 * p),
     });
     let verdict = match row.verdict.as_str() {
-        v if v == Verdict::NoDifference.name() => "?",
+        v if v == Verdict::NoDifference.name() => "unclear",
         v => v,
     };
-    format!("{size:>8} {ends:>14}{chance:>5} {verdict}")
+    format!("{size:>8}{ends:>14}{chance:>5} {verdict}")
 }
 
 fn signed(text: String) -> String {
@@ -277,7 +303,7 @@ fn curves(rows: &[&ComparisonRow], load: f64) {
         };
         let force = |v: Option<f64>| v.map_or("-".to_owned(), |v| fixed(v * load, 0));
         lines.push(format!(
-            "  {:5} {name:21}{:>9}{:>9}{}",
+            "  {:5} {name:19}{:>9}{:>9}{}",
             row.tyre,
             force(row.value_a),
             force(row.value_b),
@@ -293,32 +319,61 @@ fn curves(rows: &[&ComparisonRow], load: f64) {
 /// What riding would decide what is not decided, by the riding.
 fn undecided(rows: &[&ComparisonRow]) {
     let open = rows.iter().filter(|row| row.verdict == Verdict::NoDifference.name());
+    let (mut shown, mut limited) = (Vec::new(), Vec::new());
     let mut by_riding: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for row in open {
-        let Some(advice) = &row.advice else { continue };
         let who = format!("{} {}", row.tyre, noun(&row.coefficient));
-        let seen = row.relative.map(|r| format!("{} %", percent(r.abs())));
-        let limit = row.limited_by.as_deref().unwrap_or_default();
-        let text = match (row.more_sessions_for_5_percent, row.more_sessions_for_seen, seen) {
-            (Some(0), _, _) => format!("{who}: no more than 5 % can differ"),
-            (Some(n), Some(seen_n), Some(seen)) if seen_n > 0 => {
-                format!("{who}: {n} for 5 %, {seen_n} for the {seen} seen")
+        let seen = row.more_sessions_for_seen;
+        let text = match row.more_sessions_for_5_percent {
+            Some(0) => {
+                shown.push(who);
+                continue;
             }
-            (Some(n), _, _) => format!("{who}: {n} for 5 %"),
-            (None, Some(n), Some(seen)) if n > 0 => format!("{who}: {n} for the {seen} seen"),
-            (None, Some(n), None) if n > 0 => format!("{who}: {n} for what is seen"),
-            _ => format!("{who}: none suffice, {limit} limits it"),
+            Some(n) => format!("{who} {}", sessions(n)),
+            // what has no per cent has no 5 of them either
+            None if seen.is_some_and(|n| n <= SENSIBLE) => format!("{who} -"),
+            None => {
+                limited.push(format!("{who} ({})", row.limited_by.as_deref().unwrap_or("rides")));
+                continue;
+            }
         };
-        by_riding.entry(advice.as_str()).or_default().push(text);
+        let seen = seen.map_or("-".to_owned(), sessions);
+        by_riding
+            .entry(row.advice.as_deref().unwrap_or("any riding"))
+            .or_default()
+            .push(format!("{text} ({seen})"));
     }
-    if by_riding.is_empty() {
-        return;
+    if !shown.is_empty() {
+        say!();
+        wrapped(&format!("A difference of 5 % would have shown: {}.", shown.join(", ")), "  ");
     }
-    say!("\nTo decide the rest: sessions more on each side, such as these, with this riding");
-    for (riding, all) in by_riding {
-        wrapped(&format!("  {riding}:"), "  ");
-        all.iter().for_each(|text| wrapped(&format!("    {text}"), "      "));
+    if !by_riding.is_empty() {
+        say!();
+        wrapped(
+            "Sessions more on each side that would decide 5 % (in brackets: the difference seen), if they are such as these and have this riding:",
+            "  ",
+        );
+        for (riding, all) in by_riding {
+            wrapped(&format!("  {riding}: {}", all.join(", ")), "    ");
+        }
     }
+    if !limited.is_empty() {
+        say!();
+        let text = limited.join(", ");
+        wrapped(
+            &format!(
+                "No number of such sessions decides, for what limits them (in brackets): {text}."
+            ),
+            "  ",
+        );
+    }
+}
+
+/// More sessions than these are no plan.
+const SENSIBLE: i64 = 99;
+
+fn sessions(n: i64) -> String {
+    if n > SENSIBLE { format!(">{SENSIBLE}") } else { n.to_string() }
 }
 
 /// What has no value on one side.

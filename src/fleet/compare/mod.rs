@@ -8,7 +8,7 @@
 //! The sessions of a motorcycle are fitted together ([`joint`]), so that what is wrong with its bike file, its sensors or its
 //! model moves both sides alike and cancels as far as it does ([`sources`]). What differs from session to session does
 //! not: a difference is one between sets of sessions such as these. The interval is Student's t, with the degrees of
-//! freedom of the spread between sessions.
+//! freedom of the spread between sessions. Other sessions of the motorcycles that take part tell of that spread, too.
 //!
 //! A motorcycle's rides make one value of each tyre; several motorcycles of a side are averaged with a spread between tyres
 //! ([`contrast`]).
@@ -141,7 +141,12 @@ type Name = (String, String);
 /// Compares B with A: coefficients in order of tyre and name.
 pub fn compare(sessions: &[Session]) -> Vec<Compared> {
     let mut values: BTreeMap<Name, (Vec<f64>, String)> = BTreeMap::new();
-    for piece in sessions.iter().flat_map(|s| &s.pieces) {
+    let of_sides = sessions.iter().filter(|s| s.side < 2);
+    let compared: BTreeSet<(&str, &str)> = of_sides
+        .flat_map(|s| s.pieces.iter().map(|p| (p.tyre.as_str(), p.coefficient.as_str())))
+        .collect();
+    let is_compared = |p: &&Piece| compared.contains(&(p.tyre.as_str(), p.coefficient.as_str()));
+    for piece in sessions.iter().flat_map(|s| &s.pieces).filter(is_compared) {
         let of = values.entry((piece.tyre.clone(), piece.coefficient.clone())).or_default();
         of.0.push(piece.value);
         of.1.clone_from(&piece.unit);
@@ -192,7 +197,7 @@ impl OfBike {
         let is_own = |key: &Key| key.tyre == *tyre && key.coefficient == *coefficient;
         let keys = self.joint.keys.iter().enumerate().filter(|(_, key)| is_own(key));
         keys.filter_map(|(k, key)| {
-            let group = self.groups.get(key.specimen)?;
+            let group = self.groups.get(key.specimen).filter(|group| group.side < 2)?;
             let scale = self.joint.scales[k];
             let mut of_tyre: Vec<f64> = self
                 .of_tyre

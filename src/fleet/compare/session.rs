@@ -9,7 +9,7 @@ pub struct Session {
     pub bike: String,
     /// Its id.
     pub session: String,
-    /// 0 is A, 1 is B.
+    /// 0 is A, 1 is B; 2 is neither: another session of a motorcycle, which tells how much its sessions differ.
     pub side: usize,
     /// Models of front and rear tyre, where they are known.
     pub tyres: [Option<String>; 2],

@@ -29,14 +29,14 @@ pub(super) fn plain(name: &str) -> &str {
 fn tyre(session: &Session, axle: Axle) -> String {
     match &session.tyres[axle as usize] {
         Some(model) => model.clone(),
-        None => format!("of {}", ["A", "B"][session.side.min(1)]),
+        None => format!("of {}", ["A", "B", "neither"][session.side.min(2)]),
     }
 }
 
 /// A group of sessions of one side with one tyre, of which a coefficient has one value.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Group {
-    /// 0 is A, 1 is B.
+    /// 0 is A, 1 is B, 2 neither.
     pub side: usize,
     /// The tyre; empty of what is the motorcycle's own.
     pub tyre: String,

@@ -5,6 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use arrow::array::RecordBatch;
+
 use self::read::{Key, Told};
 use self::words::{RowStatus, not_comparable, sentence};
 use crate::batch::error::Error;
@@ -14,6 +16,7 @@ use crate::contract::coefficient::{Coefficient, Id, Source};
 use crate::fleet::compare::{Compared, Session, Verdict};
 use crate::report::labels;
 use crate::store::objects::Location;
+use crate::store::tables::file;
 use crate::store::tables::read as tables;
 use crate::store::tables::rows::{ComparisonRow, SessionRow};
 
@@ -21,6 +24,8 @@ mod read;
 mod select;
 pub(crate) mod words;
 
+/// Most sessions that are read beside those of the sides: a spread is known well from fewer.
+const MOST_OTHERS: usize = 60;
 /// All other sessions of the output, as a set.
 const OTHERS: &str = "others";
 
@@ -65,6 +70,16 @@ pub struct Comparison {
     pub rows: Vec<ComparisonRow>,
 }
 
+impl Comparison {
+    /// The table `comparison`.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn table(&self) -> Result<RecordBatch, file::Error> {
+        file::batch(&self.rows)
+    }
+}
+
 /// Compares two sets of sessions of an output, or, without `b`, all of an output with all of the one that `a` is.
 ///
 /// # Errors
@@ -93,8 +108,22 @@ pub fn compare(out: &Path, a: &str, b: Option<&str>) -> Result<Comparison, Error
     let chosen = [pick("A", a, b)?, pick("B", b, a)?];
     let sides = [Chosen::of(a, &chosen[0]), Chosen::of(b, &chosen[1])];
     apart(&sides)?;
-    let told = [read::told(out, &chosen[0])?, read::told(out, &chosen[1])?];
-    Ok(of_sides(sides, &chosen, told))
+    let rest = rest(&rows, &sides);
+    let told =
+        [read::told(out, &chosen[0])?, read::told(out, &chosen[1])?, read::told(out, &rest)?];
+    let [a, b] = chosen;
+    Ok(of_sides(sides, &[a, b, rest], told))
+}
+
+/// Other sessions of the motorcycles: what they differ by among themselves is what sessions differ by.
+fn rest<'a>(rows: &'a [SessionRow], sides: &[Chosen; 2]) -> Vec<&'a SessionRow> {
+    let bikes: BTreeSet<&str> = sides.iter().flat_map(Chosen::bikes).collect();
+    let is_chosen = |row: &SessionRow| {
+        let (bike, session) = row.ident.key();
+        sides.iter().any(|s| s.sessions.contains(&(bike.to_owned(), session.to_owned())))
+    };
+    let other = |row: &&SessionRow| bikes.contains(row.ident.bike_id.as_str()) && !is_chosen(row);
+    rows.iter().filter(other).take(MOST_OTHERS).collect()
 }
 
 fn require(out: &Path) -> Result<(), Error> {
@@ -124,8 +153,9 @@ fn two_outputs(first: &Path, rows: Vec<SessionRow>, second: &str) -> Result<Comp
     let text = first.display().to_string();
     let sides = [Chosen::of(&text, &chosen[0]), Chosen::of(second, &chosen[1])];
     apart(&sides)?;
-    let told = [read::told(first, &chosen[0])?, read::told(other, &chosen[1])?];
-    Ok(of_sides(sides, &chosen, told))
+    let told = [read::told(first, &chosen[0])?, read::told(other, &chosen[1])?, BTreeMap::new()];
+    let [a, b] = chosen;
+    Ok(of_sides(sides, &[a, b, Vec::new()], told))
 }
 
 /// No session is on both sides.
@@ -143,8 +173,8 @@ fn apart([a, b]: &[Chosen; 2]) -> Result<(), Error> {
 
 fn of_sides(
     sides: [Chosen; 2],
-    chosen: &[Vec<&SessionRow>; 2],
-    told: [BTreeMap<Key, Told>; 2],
+    chosen: &[Vec<&SessionRow>; 3],
+    told: [BTreeMap<Key, Told>; 3],
 ) -> Comparison {
     let mut sessions = Vec::new();
     let mut statuses: BTreeMap<(String, String), [Vec<RowStatus>; 2]> = BTreeMap::new();
@@ -155,7 +185,9 @@ fn of_sides(
             .collect();
         for ((bike, session), told) in told {
             for (name, (status, unit)) in told.statuses {
-                statuses.entry(name).or_default()[side].push(RowStatus { status, unit });
+                if let Some(of_side) = statuses.entry(name).or_default().get_mut(side) {
+                    of_side.push(RowStatus { status, unit });
+                }
             }
             let tyres = tyres.get(&(bike.as_str(), session.as_str())).cloned().unwrap_or_default();
             sessions.push(Session { bike, session, side, tyres, pieces: told.pieces });
@@ -186,8 +218,13 @@ fn row(chosen: &[Chosen; 2], found: &Compared, known: &[Vec<RowStatus>; 2]) -> C
     let difference = found.difference.as_ref();
     let verdict = difference.map_or(Verdict::NotComparable, |d| d.verdict());
     let decided = matches!(verdict, Verdict::Larger | Verdict::Smaller);
-    let riding = Id::from_names(&found.tyre, &found.coefficient)
-        .map(|id| id.requirement().riding.remedy.to_owned());
+    // the slip stiffness is one of the friction curve
+    let by = match found.coefficient == Coefficient::SlipStiffness.name() {
+        true => Coefficient::MfD.name(),
+        false => &found.coefficient,
+    };
+    let riding =
+        Id::from_names(&found.tyre, by).map(|id| id.requirement().riding.remedy.to_owned());
     let count = |side: &Option<crate::fleet::compare::Side>| {
         side.as_ref().map_or(0, |s| i64::try_from(s.sessions).unwrap_or(i64::MAX))
     };
