@@ -284,7 +284,7 @@ def plan(scenario: _Path, pipeline: _Path = "onroad") -> dict[str, Any]:
     return json.loads(_roadbench.plan(os.fspath(scenario), os.fspath(pipeline)))
 
 
-def compare(out: _Path, a: _Path, b: str | None = None) -> Table:
+def compare(out: _Path, a: _Path, b: str | None = None, *, same_tyres: bool = False) -> Table:
     """``roadbench compare``: how much two sets of sessions differ, coefficient by coefficient.
 
     Errors that both sides share (bike file, sensors and model of one motorcycle) cancel; the spread between sessions does not.
@@ -295,6 +295,7 @@ def compare(out: _Path, a: _Path, b: str | None = None) -> Table:
             ``site=``, days such as ``2026-05-01..2026-05-03``, parted by commas, or ``others``. Without ``b``, the folder of
             a second output that ``out`` is compared with.
         b: sessions of side B.
+        same_tyres: tyres whose model no log gives are one on both sides; else they count as two.
 
     Returns:
         Table ``comparison``: one row per tyre and coefficient, with the values of both sides, the difference, its interval and
@@ -306,7 +307,7 @@ def compare(out: _Path, a: _Path, b: str | None = None) -> Table:
     Example:
         >>> polars.DataFrame(roadbench.compare("/tables", "tyre=Sport A", "tyre=Sport B"))
     """
-    return _roadbench.compare(os.fspath(out), os.fspath(a), b)
+    return _roadbench.compare(os.fspath(out), os.fspath(a), b, same_tyres)
 
 
 @overload

@@ -40,6 +40,9 @@ pub(crate) struct Arguments {
     /// Sessions of side B.
     #[arg(value_name = "B", value_parser = NonEmptyStringValueParser::new())]
     b: Option<String>,
+    /// Tyres whose model no log gives were the same on both sides; else they count as two.
+    #[arg(long)]
+    same_tyres: bool,
     /// Load at which forces and stiffnesses are given, N.
     #[arg(long, default_value_t = 1300.0)]
     load: f64,
@@ -62,7 +65,7 @@ const SENTENCES: usize = 3;
 /// # Errors
 /// See [`Failure`].
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { out, a, b, load, json, file } = arguments;
+    let Arguments { out, a, b, same_tyres, load, json, file } = arguments;
     if !(10.0..=20_000.0).contains(load) {
         return Err(Failure::Usage(format!("--load {load} N must be between 10 and 20000")));
     }
@@ -71,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         outputs.tables(&out.into());
         outputs.file("--out", file)?;
     }
-    let found = compare(out, a, b.as_deref()).map_err(|e| match e {
+    let found = compare(out, a, b.as_deref(), *same_tyres).map_err(|e| match e {
         Error::Usage(message) => Failure::Usage(message),
         other => Failure::Output(other.to_string()),
     })?;
@@ -85,19 +88,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         return Ok(());
     }
-    print(&found, *load);
+    print(&found, *load, *same_tyres);
     if let Some(file) = file {
         note!("\ntable: {file}");
     }
     Ok(())
 }
 
-fn print(found: &Comparison, load: f64) {
+fn print(found: &Comparison, load: f64, same_tyres: bool) {
     for (name, side) in ["A", "B"].into_iter().zip(&found.sides) {
         wrapped(&format!("{name}: {}", about(side)), "   ");
     }
     say!();
-    answer(found).iter().for_each(|sentence| wrapped(sentence, ""));
+    answer(found, same_tyres).iter().for_each(|sentence| wrapped(sentence, ""));
     let compared: Vec<&ComparisonRow> =
         found.rows.iter().filter(|row| row.difference.is_some()).collect();
     if !compared.is_empty() {
@@ -127,7 +130,7 @@ fn about(side: &Chosen) -> String {
 }
 
 /// What everybody wants to know first, in sentences.
-fn answer(found: &Comparison) -> Vec<String> {
+fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
     let is = |row: &ComparisonRow, verdict: Verdict| row.verdict == verdict.name();
     let mut differ: Vec<&ComparisonRow> = found
         .rows
@@ -180,8 +183,11 @@ fn answer(found: &Comparison) -> Vec<String> {
         .to_owned(),
     );
     let unnamed = |side: &Chosen| side.tyres.iter().any(|t| t.iter().any(Option::is_none));
-    if !both.is_empty() && (unnamed(a) || unnamed(b)) {
-        out.push("The logs do not say which tyres were on: they count as two sets.".to_owned());
+    if !both.is_empty() && !same_tyres && (unnamed(a) || unnamed(b)) {
+        out.push(
+            "The logs do not say which tyres were on: they count as two sets (--same-tyres: one)."
+                .to_owned(),
+        );
     }
     let tested = found.rows.iter().filter(|row| row.difference.is_some()).count();
     let doubtful =
@@ -194,7 +200,7 @@ fn answer(found: &Comparison) -> Vec<String> {
     let few = found.rows.iter().filter(|row| row.between_assumed == Some(true)).count();
     if few * 2 > tested {
         out.push(
-            "There are too few sessions to see their spread: 2 % are assumed (rolling radius 0.3 %)."
+            "There are too few sessions to see their spread: 2 % are assumed (`between_sd` of the table)."
                 .to_owned(),
         );
     }
@@ -212,9 +218,9 @@ const FIRST: [C; 6] = [
 ];
 
 /// Width of a value with half of its interval.
-const VALUE: usize = 11;
+const VALUE: usize = 12;
 /// Width of an interval.
-const INTERVAL: usize = 13;
+const INTERVAL: usize = 12;
 
 /// The text of numbers with as many decimals as there is room for.
 fn fitted(places: usize, width: usize, text: impl Fn(usize) -> String) -> String {
@@ -226,14 +232,18 @@ fn fitted(places: usize, width: usize, text: impl Fn(usize) -> String) -> String
 fn value(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let (Some(value), Some(low), Some(high)) = (value, low, high) else { return "-".to_owned() };
     let half = 0.5 * (high - low);
-    let text = |places| format!("{}±{}", fixed(value, places), fixed(half, places));
+    let bare = |x: f64, places| match fixed(x, places) {
+        text if text.starts_with("0.") => text[1..].to_owned(),
+        text => text,
+    };
+    let text = |places| format!("{}±{}", fixed(value, places), bare(half, places));
     fitted(decimals_of(value, Some(half)).min(6), VALUE, text)
 }
 
 fn table(rows: &[&ComparisonRow]) {
     say!();
     say!(
-        "{:21}{:>12}{:>12}{:>8}{:>14}{:>5} {}",
+        "{:20}{:>13}{:>13}{:>8}{:>13}{:>5} {}",
         "",
         "A ±95 %",
         "B ±95 %",
@@ -250,7 +260,7 @@ fn table(rows: &[&ComparisonRow]) {
         }
         let a = value(row.value_a, row.ci95_low_a, row.ci95_high_a);
         let b = value(row.value_b, row.ci95_low_b, row.ci95_high_b);
-        let line = format!("  {:19}{a:>12}{b:>12}{}", noun(&row.coefficient), change(row));
+        let line = format!(" {:19}{a:>13}{b:>13}{}", noun(&row.coefficient), change(row));
         say!("{}", line.trim_end());
     }
     say!("P: probability that B is larger. Of values below zero the sizes are compared.");
@@ -280,7 +290,7 @@ fn change(row: &ComparisonRow) -> String {
         v if v == Verdict::NoDifference.name() => "unclear",
         v => v,
     };
-    format!("{size:>8}{ends:>14}{chance:>5} {verdict}")
+    format!("{size:>8}{ends:>13}{chance:>5} {verdict}")
 }
 
 fn signed(text: String) -> String {
@@ -303,7 +313,7 @@ fn curves(rows: &[&ComparisonRow], load: f64) {
         };
         let force = |v: Option<f64>| v.map_or("-".to_owned(), |v| fixed(v * load, 0));
         lines.push(format!(
-            "  {:5} {name:19}{:>9}{:>9}{}",
+            " {:5} {name:19}{:>10}{:>10}{}",
             row.tyre,
             force(row.value_a),
             force(row.value_b),

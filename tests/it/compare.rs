@@ -104,7 +104,7 @@ fn intervals_of_differences_contain_the_truth_and_shared_errors_cancel() {
 
 #[test]
 fn a_difference_of_8_percent_is_seen_and_none_is_not() {
-    for (sessions, least) in [([3, 3], 0.5), ([6, 10], 0.9), ([20, 20], 0.97)] {
+    for (sessions, least) in [([3, 3], 0.5), ([6, 10], 0.8), ([20, 20], 0.9)] {
         let (_, differ, ..) = pairs(sessions, 0.08);
         assert!(differ as f64 >= least * PAIRS as f64, "{sessions:?}: {differ}");
         let (_, by_chance, ..) = pairs(sessions, 0.0);
@@ -170,12 +170,37 @@ fn truths() -> BTreeMap<(String, String, String), f64> {
 }
 
 fn found(a: &str, b: &str) -> Vec<ComparisonRow> {
-    let found = compare_sets(&output().join("out"), a, Some(b));
+    let found = compare_sets(&output().join("out"), a, Some(b), false);
     let rows = found.unwrap_or_else(|e| panic!("{a} {b}: {e}")).rows;
     rows.into_iter().filter(|row| row.difference.is_some()).collect()
 }
 
+/// One test: the archive is run once.
 #[test]
+fn the_bundled_archive_is_compared_as_it_is() {
+    two_motorcycles_of_the_archive_differ_as_they_do();
+    sessions_of_one_motorcycle_do_not_differ();
+    the_terminal_has_80_columns_and_the_answer_first();
+    rows_are_the_same_as_json_in_a_table_and_of_others();
+    unnamed_tyres_are_two_or_one();
+}
+
+/// Without names of tyres the sides have two, unless somebody says otherwise: then more cancels.
+fn unnamed_tyres_are_two_or_one() {
+    let mut random = Random::new(4, "unnamed");
+    let mut sessions = drawn(&mut random, [6, 6], 0.0);
+    let half = |sessions: &[Session]| {
+        let found = compare(sessions);
+        let interval = found[0].difference.as_ref().expect("comparable").interval;
+        interval[1] - interval[0]
+    };
+    sessions.iter_mut().for_each(|s| s.tyres = [None, None]);
+    let two = half(&sessions);
+    sessions.iter_mut().for_each(|s| s.tyres = [Some(String::new()), Some(String::new())]);
+    let one = half(&sessions);
+    assert!(one < 0.95 * two, "{one} {two}");
+}
+
 fn two_motorcycles_of_the_archive_differ_as_they_do() {
     let truths = truths();
     let rows = found("bike=archive_01", "bike=archive_02");
@@ -183,14 +208,13 @@ fn two_motorcycles_of_the_archive_differ_as_they_do() {
     let mut wrong = Vec::new();
     for row in &rows {
         let of = |bike: &str| truths[&(bike.to_owned(), row.tyre.clone(), row.coefficient.clone())];
-        let truth = of("archive_02") / of("archive_01") - 1.0;
-        let (low, high) =
-            (row.relative_low.expect("one sign"), row.relative_high.expect("one sign"));
-        if !(low..=high).contains(&truth) {
-            wrong.push(format!(
-                "{} {}: {truth:.3} not in {low:.3} to {high:.3}",
-                row.tyre, row.coefficient
-            ));
+        let (a, b) = (of("archive_01"), of("archive_02"));
+        let (truth, ends) = match (row.relative_low, row.relative_high) {
+            (Some(low), Some(high)) => (b / a - 1.0, [low, high]),
+            _ => (b - a, [row.ci95_low.expect("low"), row.ci95_high.expect("high")]),
+        };
+        if !(ends[0]..=ends[1]).contains(&truth) {
+            wrong.push(format!("{} {}: {truth:.3} not in {ends:.3?}", row.tyre, row.coefficient));
         }
         assert!((0.0..=1.0).contains(&row.probability_larger.expect("P")), "{row:?}");
         assert_eq!(row.cancelled_share, Some(0.0), "other motorcycles share nothing: {row:?}");
@@ -207,7 +231,6 @@ fn two_motorcycles_of_the_archive_differ_as_they_do() {
 }
 
 /// Sessions of one motorcycle have the same tyres: few comparisons differ, and what they share cancels.
-#[test]
 fn sessions_of_one_motorcycle_do_not_differ() {
     let (mut all, mut differ, mut friction) = (0, 0, Vec::new());
     for first in [1, 7] {
@@ -229,7 +252,6 @@ fn sessions_of_one_motorcycle_do_not_differ() {
     assert!(friction[friction.len() / 2] > 0.3, "{friction:?}");
 }
 
-#[test]
 fn the_terminal_has_80_columns_and_the_answer_first() {
     output();
     for sets in [["bike=archive_01", "bike=archive_02"], ["archive_s0001", "archive_s0004"]] {
@@ -245,7 +267,6 @@ fn the_terminal_has_80_columns_and_the_answer_first() {
     }
 }
 
-#[test]
 fn rows_are_the_same_as_json_in_a_table_and_of_others() {
     let done = roadbench(
         output(),

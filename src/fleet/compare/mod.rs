@@ -1,7 +1,7 @@
 //! Two sets of sessions, A and B: how much each coefficient differs, without the errors that both share.
 //!
 //! ```text
-//! d = y_B - y_A        logarithms where all values have one sign: then d is a ratio of sizes
+//! d = y_B - y_A        logarithms where all values have one sign and are known within a third: d is a ratio of sizes
 //! var d = var y_A + var y_B - 2 cov(y_A, y_B)
 //! ```
 //!
@@ -36,8 +36,10 @@ mod sources;
 
 pub use self::session::Session;
 
+/// A value is compared as a ratio where its error is less than this share of it.
+const KNOWN: f64 = 0.3;
 /// A difference that sessions are to show where they show none, a share.
-pub const WORTH_KNOWING: f64 = 0.05;
+const WORTH_KNOWING: f64 = 0.05;
 
 /// What the sessions of one side say of a coefficient.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,12 +71,13 @@ pub struct Difference {
     pub is_assumed: bool,
     /// Share of the two sides' variances that is in both and cancels.
     pub cancelled: f64,
-    /// What makes most of the variance, and its share: `rides`, or a shared error by its name.
+    /// What makes most of the variance, and its share: `rides`, or a shared error by its name, which it is, too, where no
+    /// number of rides would do.
     pub limited_by: (String, f64),
     /// Sessions more on each side after which the seen difference would be beyond its interval; none where no number of
     /// them suffices.
     pub more_for_seen: Option<usize>,
-    /// The same of a difference of [`WORTH_KNOWING`]; none of values of both signs, too.
+    /// The same of a difference of 5 %; none of values of both signs, too.
     pub more_for_worth: Option<usize>,
 }
 
@@ -151,8 +154,14 @@ pub fn compare(sessions: &[Session]) -> Vec<Compared> {
         of.0.push(piece.value);
         of.1.clone_from(&piece.unit);
     }
-    let scales: BTreeMap<Name, Scale> =
-        values.iter().map(|(name, (values, _))| (name.clone(), Scale::of(values))).collect();
+    let mut shares = shares(sessions);
+    let scales: BTreeMap<Name, Scale> = values
+        .iter()
+        .map(|(name, (values, _))| {
+            let share = shares.get_mut(name).and_then(|all| median(all)).unwrap_or(0.0);
+            (name.clone(), if share < KNOWN { Scale::of(values) } else { Scale::Linear })
+        })
+        .collect();
     let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.bike.as_str()).collect();
     let bikes: Vec<&str> = bikes.into_iter().collect();
     let fitted: Vec<Option<OfBike>> = bikes
@@ -171,6 +180,23 @@ pub fn compare(sessions: &[Session]) -> Vec<Compared> {
     let differences = found.iter_mut().filter_map(|c| c.difference.as_mut());
     differences.zip(rates).for_each(|(d, rate)| d.false_discovery = rate.min(1.0));
     found
+}
+
+/// Errors over values, session by session.
+fn shares(sessions: &[Session]) -> BTreeMap<Name, Vec<f64>> {
+    let mut out: BTreeMap<Name, Vec<f64>> = BTreeMap::new();
+    for session in sessions.iter().filter(|s| s.side < 2) {
+        let mut squares: BTreeMap<Name, f64> = BTreeMap::new();
+        for piece in &session.pieces {
+            let share = piece.shift / piece.value;
+            *squares.entry((piece.tyre.clone(), piece.coefficient.clone())).or_default() +=
+                share * share;
+        }
+        for (name, sum) in squares {
+            out.entry(name).or_default().push(sum.sqrt());
+        }
+    }
+    out
 }
 
 fn fit(sessions: &[&Session], scales: &BTreeMap<Name, Scale>) -> Option<OfBike> {
@@ -260,8 +286,11 @@ fn difference(members: &Members<'_>, scale: Scale, a: &Side, b: &Side) -> Option
     let middle = (a.value * b.value).abs().sqrt();
     // of the same sign as the ratio
     let size = |y: f64| if is_log { 2.0 * middle * (0.5 * y).sinh() } else { y };
-    let worth = (1.0 + WORTH_KNOWING).ln();
     let sessions = [a.sessions, b.sessions];
+    let more_for_seen = more::sessions(&variance, sessions, y.abs());
+    let worth = (1.0 + WORTH_KNOWING).ln();
+    let more_for_worth = is_log.then(|| more::sessions(&variance, sessions, worth)).flatten();
+    let cancelled = (1.0 - variance.total / apart).max(0.0);
     Some(Difference {
         size: size(y),
         interval: [size(y - half), size(y + half)],
@@ -270,19 +299,22 @@ fn difference(members: &Members<'_>, scale: Scale, a: &Side, b: &Side) -> Option
         false_discovery: 1.0,
         between: members.tau() * if is_log { middle } else { 1.0 },
         is_assumed: members.is_assumed(),
-        cancelled: (1.0 - variance.total / apart).max(0.0),
-        limited_by: limit(&variance),
-        more_for_seen: more::sessions(&variance, sessions, y.abs()),
-        more_for_worth: is_log.then(|| more::sessions(&variance, sessions, worth)).flatten(),
+        // without the noise of sums
+        cancelled: (cancelled * 1e9).round() / 1e9,
+        limited_by: limit(&variance, more_for_seen.or(more_for_worth).is_some()),
+        more_for_seen,
+        more_for_worth,
     })
 }
 
-/// What makes most of a variance, and its share.
-fn limit(variance: &Variance) -> (String, f64) {
+/// What makes most of a variance, and its share; the rides only where more of them would do.
+fn limit(variance: &Variance, rides_do: bool) -> (String, f64) {
     let own: f64 = variance.own.iter().sum();
     let most = variance.shared.iter().max_by(|a, b| a.1.total_cmp(b.1));
     match most {
-        Some((name, part)) if *part > own => (name.clone(), part / variance.total),
+        Some((name, part)) if *part > own || (!rides_do && *part > 0.0) => {
+            (name.clone(), part / variance.total)
+        }
         _ => (RIDES.to_owned(), own / variance.total),
     }
 }

@@ -80,15 +80,21 @@ impl Comparison {
     }
 }
 
-/// Compares two sets of sessions of an output, or, without `b`, all of an output with all of the one that `a` is.
+/// Compares two sets of sessions of an output, or, without `b`, all of an output with all of the one that `a` is. With
+/// `same_tyres` tyres whose model no log gives are one on both sides.
 ///
 /// # Errors
 /// `Usage`: a folder is no output, or a set is empty, is not there, or shares sessions with the other.
-pub fn compare(out: &Path, a: &str, b: Option<&str>) -> Result<Comparison, Error> {
+pub fn compare(
+    out: &Path,
+    a: &str,
+    b: Option<&str>,
+    same_tyres: bool,
+) -> Result<Comparison, Error> {
     require(out)?;
     let _reading = Reading::of(out)?;
     let rows: Vec<SessionRow> = tables::rows(out)?;
-    let Some(b) = b else { return two_outputs(out, rows, a) };
+    let Some(b) = b else { return two_outputs(out, rows, a, same_tyres) };
     let wrong = |which: &str, e: String| Error::Usage(format!("{which}: {e}"));
     let pick = |which: &str, text: &str, other: &str| -> Result<Vec<&SessionRow>, Error> {
         if text.trim() != OTHERS {
@@ -112,7 +118,7 @@ pub fn compare(out: &Path, a: &str, b: Option<&str>) -> Result<Comparison, Error
     let told =
         [read::told(out, &chosen[0])?, read::told(out, &chosen[1])?, read::told(out, &rest)?];
     let [a, b] = chosen;
-    Ok(of_sides(sides, &[a, b, rest], told))
+    Ok(of_sides(sides, &[a, b, rest], told, same_tyres))
 }
 
 /// Other sessions of the motorcycles: what they differ by among themselves is what sessions differ by.
@@ -133,7 +139,12 @@ fn require(out: &Path) -> Result<(), Error> {
     }
 }
 
-fn two_outputs(first: &Path, rows: Vec<SessionRow>, second: &str) -> Result<Comparison, Error> {
+fn two_outputs(
+    first: &Path,
+    rows: Vec<SessionRow>,
+    second: &str,
+    same_tyres: bool,
+) -> Result<Comparison, Error> {
     let other = Path::new(second);
     if !other.is_dir() {
         let out = first.display();
@@ -155,7 +166,7 @@ fn two_outputs(first: &Path, rows: Vec<SessionRow>, second: &str) -> Result<Comp
     apart(&sides)?;
     let told = [read::told(first, &chosen[0])?, read::told(other, &chosen[1])?, BTreeMap::new()];
     let [a, b] = chosen;
-    Ok(of_sides(sides, &[a, b, Vec::new()], told))
+    Ok(of_sides(sides, &[a, b, Vec::new()], told, same_tyres))
 }
 
 /// No session is on both sides.
@@ -175,6 +186,7 @@ fn of_sides(
     sides: [Chosen; 2],
     chosen: &[Vec<&SessionRow>; 3],
     told: [BTreeMap<Key, Told>; 3],
+    same_tyres: bool,
 ) -> Comparison {
     let mut sessions = Vec::new();
     let mut statuses: BTreeMap<(String, String), [Vec<RowStatus>; 2]> = BTreeMap::new();
@@ -189,7 +201,8 @@ fn of_sides(
                     of_side.push(RowStatus { status, unit });
                 }
             }
-            let tyres = tyres.get(&(bike.as_str(), session.as_str())).cloned().unwrap_or_default();
+            let named = tyres.get(&(bike.as_str(), session.as_str())).cloned().unwrap_or_default();
+            let tyres = named.map(|tyre| tyre.or_else(|| same_tyres.then(String::new)));
             sessions.push(Session { bike, session, side, tyres, pieces: told.pieces });
         }
     }

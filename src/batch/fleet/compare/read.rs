@@ -113,6 +113,15 @@ fn piece(row: &EvidenceRow) -> Piece {
     }
 }
 
+/// What an error does to the slip stiffness.
+#[derive(Debug, Default)]
+struct Upstream {
+    /// Relative change of one standard error.
+    share: f64,
+    /// The number that was taken, and its standard error.
+    taken: Option<[f64; 2]>,
+}
+
 /// The slip stiffness `b c d` of a friction curve, error by error.
 ///
 /// No row of `coefficients` has it: `b` and `c` trade against each other, and neither is determined where their product
@@ -136,13 +145,13 @@ fn slip_stiffness<'a>(
     if !(all > 0.0 && all < UNKNOWN && scatter > 0.0) {
         return Vec::new();
     }
-    let mut sources: BTreeMap<(String, bool), (f64, Option<[f64; 2]>)> = BTreeMap::new();
+    let mut sources: BTreeMap<(String, bool), Upstream> = BTreeMap::new();
     let mut session = String::new();
     let mut tyre_model = None;
     for row in rows.filter(|row| row.source != OWN && row.source != MODEL && row.value != 0.0) {
         let of = sources.entry((row.source.clone(), row.shared)).or_default();
-        of.0 += row.shift / row.value;
-        of.1 = row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]);
+        of.share += row.shift / row.value;
+        of.taken = row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]);
         session.clone_from(&row.ident.session_id);
         tyre_model.clone_from(&row.tyre_model);
     }
@@ -161,10 +170,11 @@ fn slip_stiffness<'a>(
         shift: share * value,
         taken,
     };
-    let named: f64 = sources.values().map(|(share, _)| share * share).sum();
+    let named: f64 = sources.values().map(|of| of.share * of.share).sum();
     let rest = (all * all - scatter * scatter - named).max(0.0);
     let mut out = vec![piece(OWN, false, scatter.min(all), None)];
-    out.extend(sources.iter().map(|((name, shared), (s, taken))| piece(name, *shared, *s, *taken)));
+    let upstream = sources.iter();
+    out.extend(upstream.map(|((name, shared), of)| piece(name, *shared, of.share, of.taken)));
     out.push(piece(MODEL, true, rest.sqrt(), None));
     out.retain(|p| p.shift != 0.0);
     out
