@@ -13,6 +13,7 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{note, say};
 use crate::contract::coefficient::Coefficient as C;
+use crate::contract::error_source::{MODEL, RIDES};
 use crate::fleet::compare::Verdict;
 use crate::report::labels;
 use crate::report::terminal::wrap;
@@ -139,7 +140,9 @@ fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
         .collect();
     let none = found.rows.iter().filter(|row| is(row, Verdict::NoDifference)).count();
     differ.sort_by_key(|row| {
-        FIRST.iter().position(|c| c.name() == row.coefficient).unwrap_or(FIRST.len())
+        // who fits other tyres knows that their radius is another
+        let last = FIRST.len() + usize::from(row.coefficient == C::EffectiveRollingRadius.name());
+        FIRST.iter().position(|c| c.name() == row.coefficient).unwrap_or(last)
     });
     let friction: Vec<&ComparisonRow> = found
         .rows
@@ -208,13 +211,16 @@ fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
 }
 
 /// What is said first.
-const FIRST: [C; 6] = [
+const FIRST: [C; 9] = [
     C::MfD,
     C::CorneringStiffness0,
     C::LateralFrictionCt,
     C::SlipStiffness,
     C::CamberStiffness0,
     C::PeakSlip,
+    C::Drag,
+    C::RollingResistance,
+    C::OverturningStiffness,
 ];
 
 /// Width of a value with half of its interval.
@@ -274,11 +280,14 @@ fn change(row: &ComparisonRow) -> String {
             format!("{} to {}", percent(low), percent(high)),
         ),
         _ => {
-            let ends = [row.ci95_low, row.ci95_high].map(|x| x.unwrap_or(f64::NAN));
-            let places = decimals_of(ends[0], Some(0.25 * (ends[1] - ends[0]))).min(6);
+            let [low, high] = [row.ci95_low, row.ci95_high].map(|x| x.unwrap_or(f64::NAN));
+            let half = 0.5 * (high - low);
+            let places = decimals_of(half, Some(half)).min(6);
             let size = row.difference.unwrap_or(f64::NAN);
-            let both = |n| format!("{} to {}", fixed(ends[0], n), fixed(ends[1], n));
-            (fitted(places, 7, |n| signed(fixed(size, n))), fitted(places, INTERVAL, both))
+            (
+                fitted(places, 7, |n| signed(fixed(size, n))),
+                fitted(places, INTERVAL, |n| format!("±{}", fixed(half, n))),
+            )
         }
     };
     let chance = row.probability_larger.map_or("-".to_owned(), |p| match p {
@@ -369,10 +378,17 @@ fn undecided(rows: &[&ComparisonRow]) {
     }
     if !limited.is_empty() {
         say!();
+        let measurable = rows.iter().any(|row| {
+            let by = row.limited_by.as_deref().unwrap_or_default();
+            let is_open = row.verdict == Verdict::NoDifference.name();
+            is_open && row.more_sessions_for_5_percent.is_none() && by != MODEL && by != RIDES
+        });
+        let hint =
+            if measurable { " Numbers of the bike file can be measured better." } else { "" };
         let text = limited.join(", ");
         wrapped(
             &format!(
-                "No number of such sessions decides, for what limits them (in brackets): {text}."
+                "No number of such sessions decides, for what limits them (in brackets): {text}.{hint}"
             ),
             "  ",
         );

@@ -235,7 +235,7 @@ fn sessions_of_one_motorcycle_do_not_differ() {
     let (mut all, mut differ, mut friction) = (0, 0, Vec::new());
     for first in [1, 7] {
         for a in first..first + 6 {
-            for b in a + 1..first + 6 {
+            for b in [a + 1, a + 3].into_iter().filter(|b| *b < first + 6) {
                 for row in found(&format!("archive_s{a:04}"), &format!("archive_s{b:04}")) {
                     all += 1;
                     differ += usize::from(row.verdict != "no difference seen");
@@ -247,7 +247,7 @@ fn sessions_of_one_motorcycle_do_not_differ() {
         }
     }
     println!("{differ} of {all} differ; peak friction {friction:.2?}");
-    assert!(all > 500 && differ * 100 <= 7 * all, "{differ} of {all}");
+    assert!(all > 300 && differ * 100 <= 7 * all, "{differ} of {all}");
     friction.sort_by(f64::total_cmp);
     assert!(friction[friction.len() / 2] > 0.3, "{friction:?}");
 }

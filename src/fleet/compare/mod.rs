@@ -277,12 +277,15 @@ fn one(
 fn difference(members: &Members<'_>, scale: Scale, a: &Side, b: &Side) -> Option<Difference> {
     let variance = members.variance([-1.0, 1.0]);
     let apart = members.variance([1.0, 0.0]).total + members.variance([0.0, 1.0]).total;
-    let (y, sd) = (members.value(1) - members.value(0), variance.total.max(0.0).sqrt());
+    let is_log = scale != Scale::Linear;
+    // of values below zero the sizes are compared, on either scale
+    let sign = if !is_log && a.value < 0.0 && b.value < 0.0 { -1.0 } else { 1.0 };
+    let y = sign * (members.value(1) - members.value(0));
+    let sd = variance.total.max(0.0).sqrt();
     if !(y.is_finite() && sd.is_finite() && sd > 0.0) {
         return None;
     }
     let half = t95(variance.dof) * sd;
-    let is_log = scale != Scale::Linear;
     let middle = (a.value * b.value).abs().sqrt();
     // of the same sign as the ratio
     let size = |y: f64| if is_log { 2.0 * middle * (0.5 * y).sinh() } else { y };
