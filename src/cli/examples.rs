@@ -32,7 +32,7 @@ Examples:
 pub(crate) const COMPARE: &str = "\
 Examples:
   roadbench compare out ride_07 ride_08
-  roadbench compare out 'tyre=Sport A' 'tyre=Sport B'
+  roadbench compare out tyre=sport_a tyre=sport_b
   roadbench compare out bike=b1,2026-05-01..2026-05-07 bike=b1,2026-06-01..
   roadbench compare out ride_07 others --json     one ride against the rest
   roadbench compare out_before out_after -o comparison.parquet";
