@@ -12,6 +12,9 @@ pub mod batch {
     pub use crate::batch::workers::scheduler::Accounts;
     pub use crate::batch::workers::watch::{Finished, State, Watch};
     pub mod fleet {
+        pub mod compare {
+            pub use crate::batch::fleet::compare::{Comparison, compare};
+        }
         pub mod tables {
             pub use crate::batch::fleet::tables::write;
         }
@@ -309,6 +312,9 @@ pub mod fit {
 pub mod fleet {
     pub use crate::fleet::analysis::{BikeAnalysis, analyse};
     pub use crate::fleet::observation::Observation;
+    pub mod compare {
+        pub use crate::fleet::compare::{Compared, Difference, Session, Verdict, compare};
+    }
     pub mod events {
         pub use crate::fleet::events::{Event, Moved};
     }
@@ -702,10 +708,10 @@ pub mod store {
                 LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
             };
             pub use crate::store::tables::rows::{
-                CauseRow, ChangeRow, Coefficient, DiscrepancyRow, EffectTrace, EstimateRow,
-                EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
-                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
-                Truth, TyreRow, WarningRow,
+                CauseRow, ChangeRow, Coefficient, ComparisonRow, DiscrepancyRow, EffectTrace,
+                EstimateRow, EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint,
+                PooledRow, Provenance, RatioRow, Rejected, SessionRow, SimulatedSample,
+                SimulationError, Truth, TyreRow, WarningRow,
             };
         }
     }

@@ -183,6 +183,10 @@ pub use batch::workers::fence::{Sandboxed, WORKER, started_by};
 pub use batch::workers::scheduler::{Accounts, run as run_batch};
 pub use report::assets::Pages;
 
+// Two sets of sessions against each other.
+pub use batch::fleet::compare::{Chosen, Comparison, compare as compare_sets};
+pub use store::tables::rows::ComparisonRow;
+
 // Diagnosis, plans and simulation.
 pub use diagnose::diagnosis::Diagnosis;
 pub use diagnose::road::ride_plan::{RidePlan, plan as plan_ride};

@@ -36,6 +36,7 @@ __all__ = [
     "Table",
     "Tables",
     "__version__",
+    "compare",
     "diagnose",
     "diagnose_session",
     "export",
@@ -281,6 +282,32 @@ def plan(scenario: _Path, pipeline: _Path = "onroad") -> dict[str, Any]:
         >>> {e["effect"]: e["limit"] for e in roadbench.plan("paper")["effects"]}
     """
     return json.loads(_roadbench.plan(os.fspath(scenario), os.fspath(pipeline)))
+
+
+def compare(out: _Path, a: _Path, b: str | None = None, *, same_tyres: bool = False) -> Table:
+    """``roadbench compare``: how much two sets of sessions differ, coefficient by coefficient.
+
+    Errors that both sides share (bike file, sensors and model of one motorcycle) cancel; the spread between sessions does not.
+
+    Args:
+        out: the folder that :func:`run` wrote.
+        a: sessions of side A, as on the command line: ids, ``tyre=``, ``front=``, ``rear=``, ``bike=``, ``rider=``,
+            ``site=``, days such as ``2026-05-01..2026-05-03``, parted by commas, or ``others``. Without ``b``, the folder of
+            a second output that ``out`` is compared with.
+        b: sessions of side B.
+        same_tyres: tyres whose model no log gives are one on both sides; else they count as two.
+
+    Returns:
+        Table ``comparison``: one row per tyre and coefficient, with the values of both sides, the difference, its interval and
+        the verdict.
+
+    Raises:
+        ValueError: a folder is no output, or a set is empty, is not there, or shares sessions with the other.
+
+    Example:
+        >>> polars.DataFrame(roadbench.compare("/tables", "tyre=Sport A", "tyre=Sport B"))
+    """
+    return _roadbench.compare(os.fspath(out), os.fspath(a), b, same_tyres)
 
 
 @overload

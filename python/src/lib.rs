@@ -6,6 +6,7 @@
 use pyo3::prelude::*;
 
 mod archive;
+mod compare;
 mod distributed;
 mod errors;
 mod export;
@@ -34,6 +35,7 @@ fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(archive::run, module)?)?;
     module.add_function(wrap_pyfunction!(archive::diagnose, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(table::schema_of, module)?)?;

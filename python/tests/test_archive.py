@@ -70,6 +70,18 @@ def test_plan_is_that_of_the_command():
         roadbench.plan("no_such_ride")
 
 
+def test_compare_is_that_of_the_command(tmp_path):
+    logs = sorted((ARCHIVE / "sessions" / "bike=archive_01").rglob("*.parquet"))[:2]
+    out = tmp_path / "out"
+    roadbench.run(logs, out, ARCHIVE / "bikes")
+    table = pa.table(roadbench.compare(out, logs[0].stem, "others"))
+    lines = command("compare", out, logs[0].stem, "others", "--json").splitlines()
+    assert table.num_rows == len(lines) > 20
+    assert [json.loads(line)["verdict"] for line in lines] == table["verdict"].to_pylist()
+    with pytest.raises(ValueError, match="did you mean"):
+        roadbench.compare(out, "s0001", "others")
+
+
 def test_export_is_that_of_the_command(written, log):
     arguments = ["export", written, "--session", log.stem, "--format", "tir", "--tyre", "front"]
     text = roadbench.export(written, log.stem, "tir", tyre="front", bikes=ARCHIVE / "bikes")

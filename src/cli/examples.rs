@@ -28,6 +28,15 @@ Examples:
   roadbench diagnose ride.parquet --bikes bikes -o out
   roadbench diagnose fixtures/archive -o out --advise --json";
 
+/// Of `compare`.
+pub(crate) const COMPARE: &str = "\
+Examples:
+  roadbench compare out ride_07 ride_08
+  roadbench compare out tyre=sport_a tyre=sport_b
+  roadbench compare out bike=b1,2026-05-01..2026-05-07 bike=b1,2026-06-01..
+  roadbench compare out ride_07 others --json     one ride against the rest
+  roadbench compare out_before out_after -o comparison.parquet";
+
 /// Of `plan`.
 pub(crate) const PLAN: &str = "\
 Examples:

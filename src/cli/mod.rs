@@ -21,6 +21,7 @@ pub(crate) mod bike;
 pub(crate) mod browser;
 pub(crate) mod choices;
 pub(crate) mod colour;
+pub(crate) mod compare;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod diagnose;
@@ -91,7 +92,7 @@ const GLOBAL: &str = "Global options";
 
 /// The commands as `--help` lists them. One that is in no group is not listed, and a test fails.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Analyse", &["run", "diagnose", "report", "export"]),
+    ("Analyse", &["run", "diagnose", "compare", "report", "export"]),
     ("Prepare", &["inspect", "map", "convert", "bike"]),
     ("Simulate", &["demo", "plan", "simulate", "replay", "modes", "tyre"]),
     ("Maintain", &["verify", "forget", "schema", "completions", "man"]),
@@ -103,6 +104,8 @@ enum Command {
     Run(run::Arguments),
     #[command(after_help = examples::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
+    #[command(after_help = examples::COMPARE)]
+    Compare(compare::Arguments),
     #[command(after_help = examples::PLAN)]
     Plan(plan::Arguments),
     #[command(after_help = examples::SIMULATE)]
@@ -191,6 +194,7 @@ fn commanded(arguments: &[OsString]) -> u8 {
     let command = || match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
+        Command::Compare(a) => compare::run(&a),
         Command::Plan(a) => plan::run(&a, bar),
         Command::Simulate(a) => simulate::run(a, bar),
         Command::Modes(a) => modes::run(&a),

@@ -4,3 +4,5 @@
 pub(crate) const OWN: &str = "own";
 /// What the model is wrong by for this motorcycle, of each coefficient on its own.
 pub(crate) const MODEL: &str = "model";
+/// What more rides would narrow: all that is not shared.
+pub(crate) const RIDES: &str = "rides";

@@ -109,7 +109,7 @@ pub(crate) struct Combined {
 }
 
 /// A ride on the scales of the fit.
-struct Rows {
+pub(super) struct Rows {
     /// Places among the keys.
     keys: Vec<usize>,
     y: DVector<f64>,
@@ -120,14 +120,17 @@ struct Rows {
 }
 
 /// The scale of a key: of one sign, the logarithm of the size.
-#[derive(Clone, Copy, PartialEq)]
-enum Scale {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Scale {
+    /// Logarithm, of values of this sign.
     Log(f64),
+    /// The value itself.
     Linear,
 }
 
 impl Scale {
-    fn of(values: &[f64]) -> Scale {
+    /// That of some values.
+    pub(super) fn of(values: &[f64]) -> Scale {
         match () {
             () if values.iter().all(|x| *x > 0.0) => Scale::Log(1.0),
             () if values.iter().all(|x| *x < 0.0) => Scale::Log(-1.0),
@@ -135,7 +138,8 @@ impl Scale {
         }
     }
 
-    fn value(self, y: f64) -> f64 {
+    /// A number of the scale as a value.
+    pub(super) fn value(self, y: f64) -> f64 {
         match self {
             Scale::Log(sign) => sign * y.exp(),
             Scale::Linear => y,
@@ -150,7 +154,7 @@ impl Scale {
     }
 
     /// A shift of a value on this scale.
-    fn shift(self, value: f64, shift: f64) -> f64 {
+    pub(super) fn shift(self, value: f64, shift: f64) -> f64 {
         match self {
             Scale::Log(_) => shift / value,
             Scale::Linear => shift,
@@ -158,20 +162,23 @@ impl Scale {
     }
 }
 
-struct Problem {
-    keys: Vec<Key>,
-    scales: Vec<Scale>,
+/// The rides of one motorcycle as equations.
+pub(super) struct Problem {
+    pub(super) keys: Vec<Key>,
+    pub(super) scales: Vec<Scale>,
     /// Names of the shared errors, with the key's place where it is that coefficient's alone.
-    sources: Vec<(String, Option<usize>)>,
+    pub(super) sources: Vec<(String, Option<usize>)>,
     taken: Vec<Option<[f64; 2]>>,
     rides: Vec<Rows>,
     /// By key: rides and the place of its row in each.
-    places: Vec<Vec<(usize, usize)>>,
+    pub(super) places: Vec<Vec<(usize, usize)>>,
 }
 
 /// Combines the rides of one motorcycle.
 pub(crate) fn combine(rides: &[Ride<'_>]) -> Combined {
-    let Some(problem) = Problem::new(rides) else { return Combined::default() };
+    let Some(problem) = Problem::new(rides, |_, values| Scale::of(values)) else {
+        return Combined::default();
+    };
     let mut tau = vec![0.0; problem.keys.len()];
     let mut solution = None;
     for round in 0..ROUNDS {
@@ -190,14 +197,18 @@ pub(crate) fn combine(rides: &[Ride<'_>]) -> Combined {
 }
 
 /// `H^-1 g`, `H^-1`, and the covariance of the coefficients if the shared errors were known.
-struct Found {
-    x: DVector<f64>,
-    covariance: DMatrix<f64>,
-    alone: DMatrix<f64>,
+pub(super) struct Found {
+    pub(super) x: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+    pub(super) alone: DMatrix<f64>,
 }
 
 impl Problem {
-    fn new(rides: &[Ride<'_>]) -> Option<Problem> {
+    /// Of some rides, each key on the scale that `scale` gives it by its values; `None` of none.
+    pub(super) fn new(
+        rides: &[Ride<'_>],
+        scale: impl Fn(&Key, &[f64]) -> Scale,
+    ) -> Option<Problem> {
         let mut values: BTreeMap<&Key, Vec<f64>> = BTreeMap::new();
         for ride in rides {
             let mut last = None;
@@ -209,7 +220,7 @@ impl Problem {
             }
         }
         let keys: Vec<Key> = values.keys().map(|k| (*k).clone()).collect();
-        let scales: Vec<Scale> = values.values().map(|v| Scale::of(v)).collect();
+        let scales: Vec<Scale> = values.iter().map(|(key, v)| scale(key, v)).collect();
         let place: BTreeMap<&Key, usize> = keys.iter().enumerate().map(|(i, k)| (k, i)).collect();
         let mut sources: BTreeMap<(String, Option<usize>), Option<[f64; 2]>> = BTreeMap::new();
         for (key, piece) in rides.iter().flat_map(|r| &r.pieces).filter(|p| p.1.shared) {
@@ -285,7 +296,7 @@ impl Problem {
     }
 
     /// Least squares at given spreads between rides.
-    fn solve(&self, tau: &[f64]) -> Option<Found> {
+    pub(super) fn solve(&self, tau: &[f64]) -> Option<Found> {
         let (keys, size) = (self.keys.len(), self.keys.len() + self.sources.len());
         let (mut h, mut g) = (DMatrix::zeros(size, size), DVector::zeros(size));
         (keys..size).for_each(|i| h[(i, i)] = 1.0);
@@ -314,7 +325,7 @@ impl Problem {
     }
 
     /// What a ride's value is beyond the estimate and the shared errors, and its own variance.
-    fn residual(&self, found: &Found, k: usize, (r, row): (usize, usize)) -> (f64, f64) {
+    pub(super) fn residual(&self, found: &Found, k: usize, (r, row): (usize, usize)) -> (f64, f64) {
         let ride = &self.rides[r];
         let slopes = &ride.slopes[row];
         let shared: f64 = slopes.iter().map(|(j, s)| s * found.x[self.keys.len() + j]).sum();
@@ -322,17 +333,22 @@ impl Problem {
         (ride.y[row] - found.x[k] - shared, ride.own[(row, row)] + unsure)
     }
 
+    /// Spread between rides where there are too few to tell it.
+    pub(super) fn few(&self, found: &Found, k: usize) -> f64 {
+        let size = match self.scales[k] {
+            Scale::Log(_) => 1.0,
+            Scale::Linear => found.x[k].abs(),
+        };
+        let radius = self.keys[k].coefficient == Coefficient::EffectiveRollingRadius.name();
+        (if radius { FEW_RADIUS } else { FEW }) * size
+    }
+
     /// Spread between rides: the squares of what is left are as large as they should be.
     fn between(&self, found: &Found, k: usize) -> f64 {
         let all: Vec<(f64, f64)> =
             self.places[k].iter().map(|p| self.residual(found, k, *p)).collect();
         if all.len() < RIDES {
-            let size = match self.scales[k] {
-                Scale::Log(_) => 1.0,
-                Scale::Linear => found.x[k].abs(),
-            };
-            let radius = self.keys[k].coefficient == Coefficient::EffectiveRollingRadius.name();
-            return if radius { FEW_RADIUS } else { FEW } * size;
+            return self.few(found, k);
         }
         let free = all.len() as f64 - 1.0;
         let excess =

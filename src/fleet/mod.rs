@@ -10,6 +10,7 @@
 //!                  ratio    the side force ratio, which no session determines
 //! evidence     -> combine  one estimate per tyre and motorcycle: shared errors stay, others average out
 //!                 tyres    which tyre was on when; each tyre model over the motorcycles
+//!                 compare  two sets of sessions: differences, without the errors that both share
 //! ```
 //!
 //! Plain functions over slices; assumes values with standard errors that are honest, and spread
@@ -20,6 +21,7 @@ pub(crate) mod analysis;
 pub(crate) mod changes;
 pub(crate) mod combine;
 pub(crate) mod common;
+pub(crate) mod compare;
 pub(crate) mod components;
 pub(crate) mod drift;
 pub(crate) mod events;

@@ -308,7 +308,7 @@ fn options_have_their_usual_letters() {
             outs += usize::from(long == "out");
         }
     }
-    assert_eq!(outs, 11);
+    assert_eq!(outs, 12);
     let place = rubbish(3);
     let said = roadbench(place.path(), &["run", ".", "-vj1", "-o", "out"]);
     assert_eq!((said.code, rejected(&place.path().join("out"))), (1, 3), "{}", said.err);

@@ -12,6 +12,7 @@ mod cli;
 mod cluster;
 mod coefficients;
 mod commands;
+mod compare;
 mod contradictions;
 mod damage;
 mod diagnose;

@@ -96,6 +96,10 @@ const CLASSES: &[(&str, &str, Class)] = &[
     ("forget", "--session", Word),
     ("forget", "--bike", Word),
     ("verify", "OUT", Output),
+    ("compare", "OUT", Output),
+    ("compare", "A", Word),
+    ("compare", "B", Word),
+    ("compare", "--out", File),
     ("export", "OUT", Output),
     ("export", "--session", Word),
     ("export", "--bike", Word),
@@ -196,8 +200,10 @@ impl Place {
         let place = Place(tempfile::tempdir().expect("folder"));
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
         let log = "archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
+        let second = "archive/sessions/bike=archive_01/date=2026-05-01/archive_s0002.parquet";
         for (from, to) in [
             (log, "log.parquet"),
+            (second, "second.parquet"),
             ("archive/bikes/archive_01.toml", "bikes/archive_01.toml"),
             ("loggers/superbike.csv", "superbike.csv"),
         ] {
@@ -249,7 +255,7 @@ impl Place {
 /// A place with an output in it.
 fn with_output() -> Place {
     let place = Place::new(None);
-    let (code, said) = place.run("run log.parquet --bikes bikes --out out", "");
+    let (code, said) = place.run("run log.parquet second.parquet --bikes bikes --out out", "");
     assert_eq!(code, 0, "{said}");
     place
 }

@@ -51,6 +51,16 @@ const CASES: &[(&str, u8, &str)] = &[
     ("convert gone --dry-run", 2, "gone: file not found"),
     ("replay gone --motorcycle sports_touring --bikes BIKES", 2, "gone: file not found"),
     ("inspect photos", 2, "this is a folder, and one log is wanted"),
+    // sets of sessions that are none
+    ("compare gone a b", 2, "gone is not a folder"),
+    ("compare photos a b", 2, "photos is not an output"),
+    ("compare out s0001 others", 2, "A: no session `s0001`; did you mean `archive_s0001`?"),
+    ("compare out archive_s0001 others", 2, "`archive_s0001` is every session"),
+    ("compare out archive_s0001 archive_s0001", 2, "are the same sessions"),
+    ("compare out archive_s0001", 2, "give a second output, or two sets of sessions"),
+    ("compare out tire=x others", 2, "sessions are not chosen by `tire`"),
+    ("compare out out", 2, "are the same sessions"),
+    ("compare out a b --load 1", 2, "must be between 10 and 20000"),
     // other files that are not there
     ("inspect LOG --bikes gone", 2, "gone is not a folder: file not found"),
     ("inspect LOG --bikes bike.toml", 2, "bike.toml is a file; a folder is wanted"),

@@ -1,5 +1,6 @@
 //! The tables over all sessions: how coefficients spread, what changed, what all rides say of a tyre.
 
+pub(crate) mod compare;
 #[cfg(feature = "fleet")]
 pub(crate) mod dispersion;
 pub(crate) mod rows;

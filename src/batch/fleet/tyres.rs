@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::rows::Owns;
 use crate::batch::error::Error;
 use crate::batch::store::contents::Contents;
-use crate::contract::error_source::MODEL;
+use crate::contract::error_source::{MODEL, RIDES};
 use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::combine::{Estimate, Key, Shared};
@@ -20,8 +20,6 @@ use crate::fleet::tyres::{self, BikeTyres, Model, OnBike};
 use crate::store::tables::read::file_rows;
 use crate::store::tables::rows::{BikeRow, EvidenceRow, Status, TyreRow};
 
-/// What more rides would narrow most.
-const RIDES: &str = "rides";
 /// The rides tell something of a number where they take away this share of its variance.
 const TELLS: f64 = 0.2;
 /// A number is doubted from so many standard errors on.

@@ -41,6 +41,8 @@ pub enum Command {
     Replay,
     /// `roadbench tyre`.
     Tyre,
+    /// `roadbench compare`.
+    Compare,
 }
 
 impl Command {
@@ -53,6 +55,7 @@ impl Command {
             Command::Modes => "modes",
             Command::Replay => "replay",
             Command::Tyre => "tyre",
+            Command::Compare => "compare",
         }
     }
 }
@@ -184,6 +187,7 @@ tables! {
     PEAKS: "peaks", PeakRow, Single, Simulate, OnRequest;
     REPLAY: "replay", BrakingReplay, Single, Replay, Always;
     BENCH: "bench", BenchRow, Single, Tyre, Always;
+    COMPARISON: "comparison", ComparisonRow, Single, Compare, OnRequest;
 }
 
 /// What else is below an output folder: extended models (a TOML file per diagnosed session, and one of what they share) and

@@ -412,6 +412,43 @@ pub struct TyreRow {
     pub last_session: Option<String>,
 }
 
+/// A row of `comparison`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ComparisonRow {
+    pub a: String,
+    pub b: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub verdict: String,
+    pub value_a: Option<f64>,
+    pub ci95_low_a: Option<f64>,
+    pub ci95_high_a: Option<f64>,
+    pub n_sessions_a: i64,
+    pub value_b: Option<f64>,
+    pub ci95_low_b: Option<f64>,
+    pub ci95_high_b: Option<f64>,
+    pub n_sessions_b: i64,
+    pub difference: Option<f64>,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub relative: Option<f64>,
+    pub relative_low: Option<f64>,
+    pub relative_high: Option<f64>,
+    pub probability_larger: Option<f64>,
+    pub false_discovery_rate: Option<f64>,
+    pub between_sd: Option<f64>,
+    pub between_assumed: Option<bool>,
+    pub cancelled_share: Option<f64>,
+    pub limited_by: Option<String>,
+    pub limited_share: Option<f64>,
+    pub more_sessions_for_seen: Option<i64>,
+    pub more_sessions_for_5_percent: Option<i64>,
+    pub sentence: String,
+    pub advice: Option<String>,
+}
+
 /// A row of `bikes`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

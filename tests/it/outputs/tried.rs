@@ -43,6 +43,13 @@ pub const FILES: &[OfFile] = &[
         holds: "PAR1",
     },
     OfFile {
+        option: "compare --out",
+        line: "compare out archive_s0001 others --out AT",
+        at: "it.parquet",
+        input: None,
+        holds: "PAR1",
+    },
+    OfFile {
         option: "export --out",
         line: "export out --session archive_s0001 --format toml --bikes bikes --out AT",
         at: "it.toml",
