@@ -20,7 +20,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from roadbench import _plot, _roadbench
-from roadbench._errors import Rejected
+from roadbench._commands import Verified, bike_new, forget, inspect, map, report, verify
+from roadbench._errors import Error, Rejected
 from roadbench._read import Frames, NoTable, Tables
 from roadbench._roadbench import Schema, Table, __version__
 
@@ -29,24 +30,32 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Diagnosed",
+    "Error",
     "NoTable",
     "Rejected",
     "Schema",
     "Simulated",
     "Table",
     "Tables",
+    "Verified",
     "__version__",
+    "bike_new",
     "compare",
     "diagnose",
     "diagnose_session",
     "export",
+    "forget",
+    "inspect",
+    "map",
     "plan",
     "plot",
     "read",
+    "report",
     "run",
     "run_session",
     "schema",
     "simulate",
+    "verify",
 ]
 
 _Path = str | os.PathLike[str]
@@ -162,6 +171,7 @@ def run(
     force: bool = False,
     since: float | None = None,
     signals: bool = False,
+    model: _Path | None = None,
 ) -> dict[str, Any]:
     """``roadbench run``: the sessions of an archive into tables and a report.
 
@@ -178,6 +188,8 @@ def run(
         force: compute sessions again that are there already.
         since: only logs that were written since then, as ``time.time()`` counts.
         signals: also write the estimated time series.
+        model: the output of :func:`diagnose`, or one session's model file: what it identified is removed from the
+            recordings.
 
     Returns:
         What is also in ``run.json`` beside the tables: ``inputs``, ``computed``, ``unchanged``,
@@ -193,7 +205,7 @@ def run(
         1200
     """
     options = _batch(inputs, out, bikes, pipeline, maps, jobs, force, since)
-    return json.loads(_roadbench.run(json.dumps(options | {"signals": signals})))
+    return json.loads(_roadbench.run(json.dumps(options | {"signals": signals, "model": None if model is None else os.fspath(model)})))
 
 
 def diagnose(

@@ -1,7 +1,11 @@
 """The errors that are not Python's own."""
 
 
-class Rejected(Exception):
+class Error(Exception):
+    """What roadbench refuses, with what to do in its message; the parent of the others."""
+
+
+class Rejected(Error):
     """A log that cannot be used; the batch would write it to the table ``rejected``.
 
     Attributes:

@@ -14,7 +14,7 @@ use crate::errors::{self, failed, invalid};
 use roadbench::{
     Accounts, BatchError, BatchSettings, DiagnoseWork, DiagnosisSettings, JobKind, LimitOptions,
     Location, Maps, Pages, Pipeline, RunWork, Sandboxed, Store, Summary, Work, finish_diagnose,
-    finish_run, run_batch,
+    finish_run, read_models, run_batch,
 };
 
 /// How often Python is asked whether the user wants to stop.
@@ -35,6 +35,9 @@ pub struct Options {
     since: Option<f64>,
     #[serde(default)]
     signals: bool,
+    /// Output of a diagnosis whose causes are removed from the recordings.
+    #[serde(default)]
+    model: Option<PathBuf>,
     #[serde(default)]
     nulls: usize,
     #[serde(default)]
@@ -70,12 +73,20 @@ impl Given {
             Location::parse(path).map_err(|e| PyValueError::new_err(e.to_string()))
         };
         let map_texts = Maps::texts(&options.maps).map_err(invalid)?;
+        let mut pipeline = errors::pipeline(&options.pipeline)?;
+        if let Some(model) = &options.model {
+            if pipeline.offroad.is_some() {
+                let message = "model is for road sessions; take a pipeline without [offroad]";
+                return Err(PyValueError::new_err(message));
+            }
+            pipeline.models = Some(read_models(&at(model)?).map_err(invalid)?);
+        }
         Ok(Given {
             inputs: options.inputs.iter().map(at).collect::<PyResult<_>>()?,
             bikes: options.bikes.as_ref().map(at).transpose()?,
             out: at(&options.out)?,
             since: options.since.map(moment).transpose()?,
-            pipeline: errors::pipeline(&options.pipeline)?,
+            pipeline,
             maps: Maps::parse(&map_texts).map_err(invalid)?,
             map_texts,
             options,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use arrow::array::{Array, ArrayRef, RecordBatch, StructArray};
 use arrow::datatypes::{DataType, Field, SchemaRef};
+use arrow::util::display::{ArrayFormatter, FormatOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
@@ -11,6 +12,9 @@ use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
 use roadbench::{TableSchema, closest_name, schema_files, schema_text};
+
+/// Rows that a notebook shows.
+const SHOWN: usize = 20;
 
 /// An Arrow table. Give it to `pyarrow.table`, `polars.DataFrame`, DuckDB or whatever else takes
 /// `__arrow_c_stream__`: it shares its memory with them.
@@ -67,6 +71,67 @@ impl Table {
             self.batch.num_rows(),
             self.batch.num_columns()
         )
+    }
+
+    /// As `pyarrow.Table`, which has to be installed.
+    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pyarrow")?.call_method1("table", (slf,))
+    }
+
+    /// As `polars.DataFrame`, which has to be installed.
+    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
+    }
+
+    /// As `pandas.DataFrame`; pandas and pyarrow have to be installed.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Table::to_arrow(slf)?.call_method0("to_pandas")
+    }
+
+    /// The first rows with their units, for notebooks.
+    fn _repr_html_(&self) -> PyResult<String> {
+        let wrong = |e: arrow::error::ArrowError| PyValueError::new_err(e.to_string());
+        let (schema, rows) = (self.batch.schema(), self.batch.num_rows().min(SHOWN));
+        let head: String = schema
+            .fields()
+            .iter()
+            .map(|f| {
+                let of = |key: &str| f.metadata().get(key).map_or("", String::as_str);
+                let unit = match of("unit") {
+                    "" | "1" => String::new(),
+                    unit => format!("<br><small>{}</small>", escaped(unit)),
+                };
+                format!(
+                    "<th title=\"{}\">{}{unit}</th>",
+                    escaped(of("description")),
+                    escaped(f.name())
+                )
+            })
+            .collect();
+        let options = FormatOptions::default();
+        let columns: Vec<ArrayFormatter<'_>> = self
+            .batch
+            .columns()
+            .iter()
+            .map(|c| ArrayFormatter::try_new(c.as_ref(), &options))
+            .collect::<Result<_, _>>()
+            .map_err(wrong)?;
+        let mut body = String::new();
+        for i in 0..rows {
+            let cells =
+                columns.iter().map(|c| format!("<td>{}</td>", escaped(&c.value(i).to_string())));
+            body.push_str(&format!("<tr>{}</tr>", cells.collect::<String>()));
+        }
+        Ok(format!(
+            "<table><caption>{}: {} rows{}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>",
+            self.name,
+            self.batch.num_rows(),
+            if rows < self.batch.num_rows() {
+                format!(", the first {rows}")
+            } else {
+                String::new()
+            },
+        ))
     }
 
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
@@ -146,6 +211,11 @@ impl Schema {
         })?;
         Ok(field.metadata().get(key).cloned())
     }
+}
+
+/// Text in HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn names(schema: &SchemaRef) -> Vec<String> {

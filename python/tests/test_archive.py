@@ -52,6 +52,15 @@ def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
     assert found.model == model.read_text()
 
 
+def test_what_a_diagnosis_identified_is_removed_as_on_the_command_line(diagnosed, log, tmp_path):
+    (here, there) = (tmp_path / "here", tmp_path / "there")
+    roadbench.run(log, here, ARCHIVE / "bikes", model=diagnosed)
+    command("run", log, "--bikes", ARCHIVE / "bikes", "--out", there, "--model", diagnosed)
+    assert files(here) == files(there)
+    with pytest.raises(ValueError):
+        roadbench.run(log, tmp_path / "none", ARCHIVE / "bikes", model=tmp_path / "none")
+
+
 def test_too_few_nulls_are_refused(log, bike, tmp_path):
     with pytest.raises(ValueError, match="fewer than 8"):
         roadbench.diagnose_session(log, bike, nulls=2)

@@ -30,7 +30,7 @@ use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::tyre::formulation::Formulation;
 
-/// Longitudinal force of both tyres of which the shares are told, N.
+/// Longitudinal force of both tyres from which its shares are measured, N.
 const LEAST_FORCE: f64 = 100.0;
 /// Pitch accelerations count no further, rad/s²: more is a bump's.
 const MOST_PITCH: f64 = 15.0;

@@ -97,7 +97,7 @@ impl Compared {
         both / pairs().map(|(m, _)| m * m).sum::<f64>()
     }
 
-    /// What a user is told of a sensor that disagrees; slip angles have too much noise in the estimate to judge by.
+    /// What is said of a sensor that disagrees; slip angles have too much noise in the estimate to judge by.
     fn warning(&self) -> Option<Warning> {
         let slope = self.slope();
         if self.quantity == Quantity::SlipAngle || (slope - 1.0).abs() < DISAGREES {

@@ -9,7 +9,7 @@ use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status, WarningRow};
 
 /// What people ask of a tyre, in the order of the sentence, in their words.
-const ASKED: [(C, &str); 7] = [
+pub(crate) const ASKED: [(C, &str); 7] = [
     (C::MfD, "peak friction"),
     (C::CorneringStiffness0, "cornering stiffness"),
     (C::CamberStiffness0, "camber stiffness"),
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_session_is_told_tyre_by_tyre_with_what_to_ride() {
+    fn a_session_has_a_sentence_for_each_tyre_and_what_to_ride() {
         let some = [Some(1.052), Some(1.02), Some(1.083)];
         let rows = [
             row("front", C::MfD, Status::Ok, some),

@@ -15,7 +15,7 @@ pub fn markdown(out: &Path) -> Result<String, Error> {
     let tables = RunTables::read(out)?;
     let pages = page_names::sessions(tables.sessions.iter().map(|s| s.ident.key()));
     let rows = fleet::tables::fleet(out)?;
-    let mut index = run::page::build(&tables, &pages, tables::rejected(out)?, &rows);
+    let mut index = run::page::build(&tables, &pages, tables::rejected(out)?, &rows, &[]);
     index.diagnoses = Diagnosed::read(out, &tables.sessions, &pages, &pages)?.entries();
     let (over_all, _) = fleet::write::read(out, &tables.sessions, &pages)?;
     let only = match tables.sessions.as_slice() {

@@ -25,10 +25,11 @@ fn a_log_without_lateral_velocity_has_slip_angles_and_crowns_by_sensors() {
         .into_iter()
         .filter(|(name, _)| ["none", "slip angles", "measuring wheels"].contains(name))
         .collect();
-    let tallies = ridden(3, 7, PLAN, &asked, &missing);
+    let tallies = ridden(2, 7, PLAN, &asked, &missing);
     let tally = |axle: Axle, c: Coefficient, place: usize| {
         tallies.get(&(Id::from((axle, c)), place)).cloned().unwrap_or_default()
     };
+    let mut inside = 0;
     for axle in Axle::BOTH {
         let name = axle.name();
         for (c, by, most) in
@@ -36,13 +37,14 @@ fn a_log_without_lateral_velocity_has_slip_angles_and_crowns_by_sensors() {
         {
             let [without, with] = [tally(axle, c, 0), tally(axle, c, by)];
             assert!(without.widths.is_empty(), "{name} {c}: known without: {:?}", without.widths);
-            assert_eq!(with.widths.len(), 3, "{name} {c}");
+            assert_eq!(with.widths.len(), 2, "{name} {c}");
             let width = median(&with.widths);
             assert!(width < most, "{name} {c}: {width}");
-            // 95 % intervals of twelve values in all
-            assert!(with.inside >= 2, "{name} {c}: {} of 3, {:?}", with.inside, with.errors);
+            inside += with.inside;
         }
     }
+    // 95 % intervals of eight values
+    assert!(inside >= 7, "{inside} of 8");
 }
 
 /// What `run` makes of a ride's log with some sensors.

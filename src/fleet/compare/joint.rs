@@ -22,7 +22,7 @@ pub(super) const ASSUMED: f64 = 3.0;
 /// Rounds of the spread between rides.
 const ROUNDS: usize = 8;
 /// Assumed spread of what describes tyre and course together, a share: slip over camber, and side force by lean.
-// METHOD: true values of the same 40 simulated tyres on two courses are 25 and 10 % apart
+// METHOD: assumed, so that true values of 40 simulated tyres on two courses, some 25 and 10 % apart, are within intervals
 const OF_COURSE: [(C, f64); 3] =
     [(C::SlipCamberC1, 0.15), (C::SlipCamberC3, 0.15), (C::LateralFrictionCt, 0.05)];
 

@@ -13,7 +13,7 @@ use crate::fleet::combine::Key;
 use crate::fleet::evidence::Piece;
 
 /// Share of the variance of the model's error that belongs to the tyre; the rest is the motorcycle's.
-// METHOD: no fleet has shown it. A simulated tyre swap moves the errors by less than this
+// METHOD: assumed; no fleet with swapped tyres has shown it
 const TYRE_SHARE: f64 = 0.5;
 /// Errors that belong to the two tyres together.
 const OF_TYRES: [&str; 3] = ["crown_split", "trail_rule", "slip_difference"];

@@ -4,11 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::answer::ASKED;
 use crate::report::tables::RunTables;
 use crate::report::{inline_svg, labels};
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::statistics::order::median_of_finite;
-use crate::store::tables::rows::{Coefficient, FleetRow, Status};
+use crate::store::tables::rows::{Coefficient, FleetRow, Status, TyreRow};
 
 /// One bike's coefficients over its sessions.
 #[derive(Debug, Default, Serialize)]
@@ -34,8 +36,25 @@ pub(crate) struct TyrePart {
     pub title: String,
     /// Tyre models ridden.
     pub models: String,
+    /// What people ask of it first.
+    pub main: Vec<Main>,
     /// Its coefficients.
     pub rows: Vec<Overview>,
+}
+
+/// One number of a tyre over all rides, as its card has it.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Main {
+    /// In a person's words.
+    pub label: &'static str,
+    /// With its unit; empty where no ride determines it.
+    pub value: String,
+    /// 95 %, of all rides together; empty where these do not give one.
+    pub interval: String,
+    /// Sessions that determine it, of all.
+    pub of: [usize; 2],
+    /// The sessions in time order.
+    pub strip: String,
 }
 
 /// One coefficient over a bike's sessions.
@@ -62,7 +81,12 @@ pub(crate) struct Overview {
 }
 
 /// One bike's part; `fleet` is sorted by bike.
-pub(crate) fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> BikePart {
+pub(crate) fn part(
+    bike_id: &str,
+    tables: &RunTables,
+    fleet: &[FleetRow],
+    all_rides: &[TyreRow],
+) -> BikePart {
     let own = of_bike(&tables.sessions, bike_id, |s| &s.ident.bike_id);
     let fleet = of_bike(fleet, bike_id, |f| &f.bike_id);
     // rows come by session; by coefficient here, each still in the sessions' order
@@ -92,6 +116,7 @@ pub(crate) fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> Bik
             tyres.push(TyrePart {
                 title: labels::tyre(current).to_owned(),
                 models: models.into_iter().collect::<Vec<_>>().join(", "),
+                main: Vec::new(),
                 rows: Vec::new(),
             });
         }
@@ -100,6 +125,11 @@ pub(crate) fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> Bik
         if let Some(tyre) = tyres.last_mut() {
             tyre.rows.push(overview(rows, known));
         }
+    }
+    let pooled: Vec<&TyreRow> =
+        all_rides.iter().filter(|r| r.bike_id.as_deref() == Some(bike_id)).collect();
+    for tyre in &mut tyres {
+        tyre.main = main(&tyre.rows, &pooled);
     }
     let seconds: f64 = own.iter().map(|s| s.duration).filter(|d| d.is_finite()).sum();
     let metres: f64 = own.iter().filter_map(|s| s.distance).sum();
@@ -117,6 +147,33 @@ pub(crate) fn part(bike_id: &str, tables: &RunTables, fleet: &[FleetRow]) -> Bik
         outlying: outlying.len(),
         tyres,
     }
+}
+
+/// What people ask of a tyre, as far as its sessions have rows of it; the vehicle has none.
+fn main(rows: &[Overview], pooled: &[&TyreRow]) -> Vec<Main> {
+    let of = |(coefficient, label): (C, &'static str)| {
+        let row = rows.iter().find(|r| r.name == coefficient.name())?;
+        // of a tyre that was swapped the one that is on now
+        let known = pooled
+            .iter()
+            .filter(|r| r.tyre == row.tyre && r.coefficient == row.name)
+            .max_by_key(|r| r.specimen);
+        let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+        let (value, interval) = match known {
+            Some(r) => {
+                let u = number_format::uncertainty(None, Some(r.ci95_low), Some(r.ci95_high));
+                let digits = number_format::decimals_of(r.value, u);
+                let [v, l, h] = [r.value, r.ci95_low, r.ci95_high].map(|x| fixed(x, digits));
+                (typeset(&format!("{v}{unit}")), typeset(&format!("{l} to {h}")))
+            }
+            None if row.median.is_empty() => Default::default(),
+            None => (format!("{}{unit}", row.median), String::new()),
+        };
+        let of = [row.determined, row.of];
+        Some(Main { label, value, interval, of, strip: row.strip.clone() })
+    };
+    let is_of_tyre = rows.iter().any(|r| r.tyre != Part::Vehicle.name());
+    ASKED.into_iter().filter(|_| is_of_tyre).filter_map(of).collect()
 }
 
 fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {

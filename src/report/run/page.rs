@@ -3,11 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::report::answer;
 use crate::report::diagnosis;
 use crate::report::run::bikes::{self, BikePart};
 use crate::report::tables::RunTables;
 use crate::statistics::number_format;
-use crate::store::tables::rows::{FleetRow, Rejected, Status, WarningRow};
+use crate::store::tables::rows::{FleetRow, Rejected, Status, TyreRow, WarningRow};
 
 /// The run's page.
 #[derive(Debug)]
@@ -16,6 +17,8 @@ pub(crate) struct Page {
     pub inputs: usize,
     /// The line that sums it up.
     pub verdict: String,
+    /// What the tyres of all sessions have, and what is missing, in sentences.
+    pub answer: Vec<String>,
     /// Sum of durations and distances.
     pub ridden: String,
     /// One per bike, by its id.
@@ -63,6 +66,7 @@ pub(crate) fn build(
     pages: &[String],
     rejected: Vec<Rejected>,
     fleet: &[FleetRow],
+    all_rides: &[TyreRow],
 ) -> Page {
     let RunTables { sessions, warnings, .. } = tables;
     let mut versions: BTreeSet<&str> =
@@ -81,13 +85,14 @@ pub(crate) fn build(
             rejected.len(),
             number_format::count(warnings.len(), "warning")
         ),
+        answer: answer::of_batch(sessions, &tables.coefficients),
         ridden: format!(
             "{}, {} ridden, {:.1} km.",
             number_format::count(bikes.len(), "bike"),
             number_format::duration(duration),
             distance / 1000.0
         ),
-        bikes: bikes.iter().map(|b| bikes::part(b, tables, fleet)).collect(),
+        bikes: bikes.iter().map(|b| bikes::part(b, tables, fleet, all_rides)).collect(),
         sessions: entries(tables, pages),
         fleet: None,
         diagnoses: Vec::new(),

@@ -16,7 +16,8 @@ use crate::report::run::page::Page;
 use crate::report::run::{lists, notable, page};
 use crate::report::tables::{self, RunTables};
 use crate::report::{page_names, page_shell};
-use crate::store::tables::file;
+use crate::store::tables::rows::TyreRow;
+use crate::store::tables::{file, read};
 
 /// Bikes up to which their coefficients stand on the run's page itself.
 const INLINE: usize = 4;
@@ -40,7 +41,8 @@ impl Writer<'_> {
     pub(crate) fn write(&self) -> Result<Vec<String>, Error> {
         let fleet = fleet::tables::fleet(self.out)?;
         let rejected = tables::rejected(self.out)?;
-        let mut page = page::build(self.tables, self.names, rejected, &fleet);
+        let all_rides: Vec<TyreRow> = read::rows(self.out)?;
+        let mut page = page::build(self.tables, self.names, rejected, &fleet, &all_rides);
         for (entry, there) in page.sessions.iter_mut().zip(self.pages) {
             entry.there = !there.is_empty();
         }
@@ -106,6 +108,7 @@ impl Writer<'_> {
             run => context! {
                 inputs => page.inputs,
                 verdict => page.verdict,
+                answer => page.answer,
                 ridden => page.ridden,
                 fleet => page.fleet,
                 warnings => Serde(&page.warnings),
