@@ -94,7 +94,14 @@ fn assert_same(a: &Files, b: &Files) {
 fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let archive = Archive::new(3);
     let first = archive.diagnose("in", "out", &[]);
-    assert!(first.contains("demo_s0001") && first.contains("demo_s0003"), "{first}");
+    // what they share first; each ride in full is asked for
+    assert!(
+        first.starts_with("3 rides: ") && first.contains("\nAll rides of demo_01: "),
+        "{first}"
+    );
+    assert!(first.ends_with("Report: out/report/index.html\n"), "{first}");
+    let in_full = archive.diagnose("in", "again", &["-v"]);
+    assert!(in_full.contains("\ndemo_s0003  demo_01\n"), "{in_full}");
     let whole = archive.files("out");
     for table in ["causes", "discrepancies", "replays", "diagnoses", "models"] {
         let own = |name: &&String| name.starts_with(&format!("{table}/bike=demo_01/"));
