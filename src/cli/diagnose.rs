@@ -108,9 +108,10 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         Format::Json => {
             over_all.changes.iter().for_each(|row| print(&json("changes", row)));
         }
-        Format::Words => {
-            print(&terminal::wrapped(&changes::of_motorcycles(&over_all.changes), say::width()))
-        }
+        Format::Words => print(&terminal::wrapped(
+            &changes::of_motorcycles(&over_all.changes),
+            say::line_width(),
+        )),
     }
     log();
     if format == Format::Words {

@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
         say!("{:<24}{limit:>14}{usual:>8}", row.effect);
         let hidden = hidden(row);
         if !hidden.is_empty() {
-            put!("{}", terminal::wrapped(&format!("    {hidden}"), say::width()));
+            put!("{}", terminal::wrapped(&format!("    {hidden}"), say::line_width()));
         }
     }
     say!("\nAlike (cosine of the responses beyond {ALIKE}):");
@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
             "{a} and {b}: {:+.2}, {:.1} standard deviations apart{after}",
             row.cosine, row.separation
         );
-        put!("{}", terminal::wrapped(&text, say::width()));
+        put!("{}", terminal::wrapped(&text, say::line_width()));
     }
     Ok(())
 }
@@ -172,7 +172,7 @@ fn print_side_forces(found: &[Predicted]) {
         true => say!("\nFour more slalom passes would narrow no cornering stiffness by a tenth.\n"),
         false => {
             let text = format!("\n{SLALOM}:\n  {}\n\n", gains.join(", "));
-            put!("{}", terminal::wrapped(&text, say::width()));
+            put!("{}", terminal::wrapped(&text, say::line_width()));
         }
     }
 }

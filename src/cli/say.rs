@@ -39,6 +39,14 @@ pub(crate) fn width() -> usize {
     of_terminal.map_or(WIDTH, |(columns, _)| usize::from(columns.0).clamp(80, 120))
 }
 
+/// Columns that free text is wrapped to: the terminal's; elsewhere a line stays whole, for whatever reads it.
+pub(crate) fn line_width() -> usize {
+    match terminal_size::terminal_size_of(std::io::stdout()) {
+        Some(_) => width(),
+        None => usize::MAX,
+    }
+}
+
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.
 pub(crate) fn write(text: Arguments<'_>) {

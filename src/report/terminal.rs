@@ -225,19 +225,23 @@ fn heading(session: &SessionRow) -> String {
     parts.join("  ")
 }
 
-/// Lines of a text wrapped to `width` characters; what a long line goes on with is indented by two more than its begin.
+/// Lines of a text broken at blanks to at most `width` characters; what a long line goes on with is indented by two more than
+/// its begin. Columns before the break stay.
 pub(crate) fn wrapped(text: &str, width: usize) -> String {
     let mut out = String::new();
     for whole in text.lines() {
-        if whole.chars().count() <= width {
-            line(&mut out, whole);
-            continue;
-        }
         let indent = whole.len() - whole.trim_start().len();
-        for (i, part) in wrap(whole, width - indent - 2).into_iter().enumerate() {
-            let indent = if i == 0 { indent } else { indent + 2 };
-            line(&mut out, &format!("{:indent$}{part}", ""));
+        let mut left = whole.to_owned();
+        while left.chars().count() > width {
+            let begin = left.len() - left.trim_start().len();
+            let end = left.char_indices().nth(width + 1).map_or(left.len(), |(at, _)| at);
+            // a longer word stands alone
+            let at = left[begin..end].rfind(' ').or_else(|| left[begin..].find(' '));
+            let Some(at) = at.map(|at| begin + at).filter(|at| *at > begin) else { break };
+            line(&mut out, &left[..at]);
+            left = format!("{:1$}{2}", "", indent + 2, left[at..].trim_start());
         }
+        line(&mut out, &left);
     }
     out
 }
@@ -271,6 +275,17 @@ pub(crate) fn wrap(text: &str, width: usize) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::store::tables::rows::{Ident, Provenance};
+
+    #[test]
+    fn long_lines_break_at_blanks_and_columns_stay() {
+        let text = "name      1.0   one two three\n  a b\nverylongwordthatstandsalone x";
+        let said = wrapped(text, 20);
+        assert_eq!(
+            said,
+            "name      1.0   one\n  two three\n  a b\nverylongwordthatstandsalone\n  x\n"
+        );
+        assert_eq!(wrapped("a  b\n\nc", usize::MAX), "a  b\n\nc\n");
+    }
 
     fn session() -> SessionRow {
         SessionRow {

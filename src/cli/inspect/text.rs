@@ -17,7 +17,7 @@ impl Inspection {
         let _ = self.write_findings(&mut out);
         let _ = write_estimates(&self.estimates, &mut out);
         out.push_str(&terminal::costs(&self.costs, say::width()));
-        terminal::wrapped(&out, say::width())
+        terminal::wrapped(&out, say::line_width())
     }
 
     fn write_findings(&self, out: &mut String) -> std::fmt::Result {
