@@ -105,6 +105,8 @@ PANELS = [
     Panel(Axis("throttle", "%", 100.0), {"throttle": "throttle"}),
     Panel(Axis("slip ratio"), _sides("slip_ratio")),
     Panel(Axis("tyre temperature", "°C"), _sides("tyre_temperature")),
+    Panel(Axis("tyre pressure", "bar", 1e-5), _sides("tyre_pressure")),
+    Panel(Axis("steering torque", "N m"), {"steer_torque": "steering torque"}),
     Panel(_degrees("pitch, nose up"), {"pitch_up": "pitch up"}),
     Panel(Axis("travel", "mm", 1000.0), {"fork_travel": "fork", "shock_travel": "shock"}),
     Panel(Axis("front load", "N"), _riders("load_front")),

@@ -366,10 +366,10 @@ mod tests {
 
     #[test]
     fn costs_fit_the_page() {
-        assert_eq!(costs(&[]), "");
+        assert_eq!(costs(&[], WIDTH), "");
         let long = "wheel_inertia not given: vehicle overturning_stiffness ±38 % instead of ±5.1 %; \
                     swing the wheel, or coast and brake in neutral";
-        let text = costs(&[long.to_owned()]);
+        let text = costs(&[long.to_owned()], WIDTH);
         assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
         assert!(text.contains("\n  wheel_inertia not given: vehicle"), "{text}");
     }
