@@ -36,7 +36,7 @@ mod tests {
     fn sizes_are_fixed_point_in_a_persons_units() {
         let of = [(1.75e-3, "1"), (5.92e-3, "rad"), (3.06e-3, "s"), (0.308, "m/s"), (9.23, "N m")];
         let said = of.map(|(x, unit)| size(x, unit));
-        assert_eq!(said, ["0.17 %", "0.34°", "3.1 ms", "0.31 m/s", "9.2 N m"]);
+        assert_eq!(said, ["0.18 %", "0.34°", "3.1 ms", "0.31 m/s", "9.2 N m"]);
         assert_eq!(size(10.9, "1"), "1090 %");
         assert_eq!(size(0.0, "m"), "0 mm");
     }

@@ -344,6 +344,11 @@ mod tests {
             ("SUSP_R", ShockTravel),
             ("Tyre Temp F", TyreTemperatureFront),
             ("TireTempRear", TyreTemperatureRear),
+            ("Tyre Pressure F", TyrePressureFront),
+            ("Front Tyre Pressure", TyrePressureFront),
+            ("Steering Torque", SteerTorque),
+            ("Slip Angle Rear", SlipAngleRear),
+            ("Fz_front", WheelForceZFront),
         ] {
             assert_eq!(of(name), Some(channel), "{name}");
         }
@@ -371,8 +376,6 @@ mod tests {
             "heading_accuracy",
             "Lean Status",
             "Lambda Setpoint",
-            "Tyre Pressure F",
-            "Front Tyre Pressure",
             "Brake Temp Front",
             "Brake Disc Temp F",
             "Brake Lamp",
