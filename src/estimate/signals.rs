@@ -765,8 +765,11 @@ mod tests {
         assert!((printed[0] - 0.5 * weight).abs() < 1e-9);
     }
 
+    /// What sensors of some channels show, of the inputs and the loads.
+    type Shown<'a> = &'a dyn Fn(&Inputs, [f64; 2]) -> Vec<(Channel, f64)>;
+
     /// Slip forces of a braking with both brakes at 10 m/s², with sensors of some channels that show these values.
-    fn shared(sensors: &dyn Fn(&Inputs, [f64; 2]) -> Vec<(Channel, f64)>) -> [f64; 2] {
+    fn shared(sensors: Shown<'_>) -> [f64; 2] {
         let bike = Bike::parse(BIKE, "b", Path::new("b.toml")).expect("bike");
         let mut inputs = Inputs::nominal(&bike, Formulation::Corrected, Zeros::default());
         (inputs.drag, inputs.rolling) = (0.0, 0.0);
