@@ -25,7 +25,7 @@ fn a_log_without_lateral_velocity_has_slip_angles_and_crowns_by_sensors() {
         .into_iter()
         .filter(|(name, _)| ["none", "slip angles", "measuring wheels"].contains(name))
         .collect();
-    let tallies = ridden(2, 7, PLAN, &asked, &missing);
+    let tallies = ridden(1, 7, PLAN, &asked, &missing);
     let tally = |axle: Axle, c: Coefficient, place: usize| {
         tallies.get(&(Id::from((axle, c)), place)).cloned().unwrap_or_default()
     };
@@ -37,14 +37,14 @@ fn a_log_without_lateral_velocity_has_slip_angles_and_crowns_by_sensors() {
         {
             let [without, with] = [tally(axle, c, 0), tally(axle, c, by)];
             assert!(without.widths.is_empty(), "{name} {c}: known without: {:?}", without.widths);
-            assert_eq!(with.widths.len(), 2, "{name} {c}");
+            assert_eq!(with.widths.len(), 1, "{name} {c}");
             let width = median(&with.widths);
             assert!(width < most, "{name} {c}: {width}");
             inside += with.inside;
         }
     }
-    // 95 % intervals of eight values
-    assert!(inside >= 7, "{inside} of 8");
+    // 95 % intervals; the study has many rides
+    assert!(inside >= 3, "{inside} of 4");
 }
 
 /// What `run` makes of a ride's log with some sensors.
