@@ -103,7 +103,12 @@ def bike_new(name: str, folder: _Path = "bikes", *, force: bool = False, **given
         >>> roadbench.bike_new("mt07", class_="naked", front="120/70ZR17", rear="180/55ZR17", weight=265)
         'bikes/mt07.toml'
     """
-    options = _options(**{name.rstrip("_"): value for name, value in given.items()})
+    # several numbers of one option stand between commas; `set` may be repeated
+    joined = {
+        key.rstrip("_"): ",".join(str(v) for v in value) if isinstance(value, list | tuple) and key != "set" else value
+        for key, value in given.items()
+    }
+    options = _options(**joined)
     _call("bike", "new", name, "--out", folder, *_options(force=force), *options)
     return os.path.join(os.fspath(folder), f"{name}.toml")
 

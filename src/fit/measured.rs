@@ -7,6 +7,7 @@ use crate::contract::warning::Warning;
 use crate::estimate::measured::Quantity;
 use crate::estimate::samples::Samples;
 use crate::estimate::signals::Action;
+use crate::statistics::number_format::{decimals, fixed};
 
 /// Estimated against measured of one sensor, sample by sample.
 #[derive(Debug, Clone)]
@@ -85,6 +86,8 @@ pub(crate) fn compared(data: &Data, solution: &Solution) -> Vec<Compared> {
 
 /// Samples of a comparison.
 const FEW: usize = 30;
+/// Cosine of sensor and estimate below which a scale or a sign is not what is wrong.
+const ALIKE: f64 = 0.7;
 /// Relative difference of sensor and estimate from which one of the two is wrong: beyond what 1 % of scale and the bike file
 /// leave.
 const DISAGREES: f64 = 0.1;
@@ -97,6 +100,12 @@ impl Compared {
         both / pairs().map(|(m, _)| m * m).sum::<f64>()
     }
 
+    /// How well the estimate follows the sensor: cosine of the two, 1 where they are in proportion.
+    fn likeness(&self) -> f64 {
+        let square = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+        self.slope() * (square(&self.measured) / square(&self.estimated)).sqrt()
+    }
+
     /// What is said of a sensor that disagrees; slip angles have too much noise in the estimate to judge by.
     fn warning(&self) -> Option<Warning> {
         let slope = self.slope();
@@ -104,14 +113,19 @@ impl Compared {
             return None;
         }
         let channel = self.quantity.channels()[self.axle as usize];
-        let message = if slope < 0.0 {
+        let likeness = self.likeness();
+        let message = if likeness.is_nan() || likeness.abs() < ALIKE {
+            format!(
+                "{channel}: does not follow the balance of forces; is it this channel, and is the sensor alive?"
+            )
+        } else if slope < 0.0 {
             format!(
                 "{channel}: its sign is the other one than the balance of forces has; map it with the other sign"
             )
         } else {
             format!(
-                "{channel}: shows {:.0} % of what the balance of forces gives; check its scale, its unit and the bike file's mass and lengths",
-                100.0 / slope
+                "{channel}: shows {} % of what the balance of forces gives; check its scale, its unit and the bike file's mass and lengths",
+                fixed(100.0 / slope, decimals(100.0 / slope))
             )
         };
         Some(Warning {

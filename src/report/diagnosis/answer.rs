@@ -16,7 +16,9 @@ const LISTED: usize = 5;
 
 /// Lines of at most `width` characters: `sessions` are the rows of each ride, `pooled` those that several share.
 pub(crate) fn of_sessions(sessions: &[Vec<CauseRow>], pooled: &[CauseRow], width: usize) -> String {
-    let mut all = vec![counts(sessions)];
+    // a run that only finished what an earlier one computed has none of its own
+    let mut all: Vec<String> =
+        (!sessions.is_empty()).then(|| counts(sessions)).into_iter().collect();
     all.extend(pooled.iter().filter_map(shared));
     all.extend(single(sessions, pooled));
     let mut out = String::new();

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use arrow::array::RecordBatch;
 
-use self::read::{Key, Told};
+use self::read::{Estimates, Key};
 use self::words::{RowStatus, not_comparable, sentence};
 use crate::batch::error::Error;
 use crate::batch::store::mark;
@@ -115,10 +115,13 @@ pub fn compare(
     let sides = [Chosen::of(a, &chosen[0]), Chosen::of(b, &chosen[1])];
     apart(&sides)?;
     let rest = rest(&rows, &sides);
-    let told =
-        [read::told(out, &chosen[0])?, read::told(out, &chosen[1])?, read::told(out, &rest)?];
+    let estimates = [
+        read::estimates(out, &chosen[0])?,
+        read::estimates(out, &chosen[1])?,
+        read::estimates(out, &rest)?,
+    ];
     let [a, b] = chosen;
-    Ok(of_sides(sides, &[a, b, rest], told, same_tyres))
+    Ok(of_sides(sides, &[a, b, rest], estimates, same_tyres))
 }
 
 /// Other sessions of the motorcycles: what they differ by among themselves is what sessions differ by.
@@ -164,9 +167,10 @@ fn two_outputs(
     let text = first.display().to_string();
     let sides = [Chosen::of(&text, &chosen[0]), Chosen::of(second, &chosen[1])];
     apart(&sides)?;
-    let told = [read::told(first, &chosen[0])?, read::told(other, &chosen[1])?, BTreeMap::new()];
+    let estimates =
+        [read::estimates(first, &chosen[0])?, read::estimates(other, &chosen[1])?, BTreeMap::new()];
     let [a, b] = chosen;
-    Ok(of_sides(sides, &[a, b, Vec::new()], told, same_tyres))
+    Ok(of_sides(sides, &[a, b, Vec::new()], estimates, same_tyres))
 }
 
 /// No session is on both sides.
@@ -185,25 +189,25 @@ fn apart([a, b]: &[Chosen; 2]) -> Result<(), Error> {
 fn of_sides(
     sides: [Chosen; 2],
     chosen: &[Vec<&SessionRow>; 3],
-    told: [BTreeMap<Key, Told>; 3],
+    estimates: [BTreeMap<Key, Estimates>; 3],
     same_tyres: bool,
 ) -> Comparison {
     let mut sessions = Vec::new();
     let mut statuses: BTreeMap<(String, String), [Vec<RowStatus>; 2]> = BTreeMap::new();
-    for (side, (rows, told)) in chosen.iter().zip(told).enumerate() {
+    for (side, (rows, estimates)) in chosen.iter().zip(estimates).enumerate() {
         let tyres: BTreeMap<(&str, &str), [Option<String>; 2]> = rows
             .iter()
             .map(|r| (r.ident.key(), [r.tyre_front.clone(), r.tyre_rear.clone()]))
             .collect();
-        for ((bike, session), told) in told {
-            for (name, (status, unit)) in told.statuses {
+        for ((bike, session), estimates) in estimates {
+            for (name, (status, unit)) in estimates.statuses {
                 if let Some(of_side) = statuses.entry(name).or_default().get_mut(side) {
                     of_side.push(RowStatus { status, unit });
                 }
             }
             let named = tyres.get(&(bike.as_str(), session.as_str())).cloned().unwrap_or_default();
             let tyres = named.map(|tyre| tyre.or_else(|| same_tyres.then(String::new)));
-            sessions.push(Session { bike, session, side, tyres, pieces: told.pieces });
+            sessions.push(Session { bike, session, side, tyres, pieces: estimates.pieces });
         }
     }
     let mut rows: Vec<ComparisonRow> = Vec::new();

@@ -21,7 +21,7 @@ const UNKNOWN: f64 = 0.3;
 
 /// What one session tells.
 #[derive(Debug, Default)]
-pub(super) struct Told {
+pub(super) struct Estimates {
     /// Its evidence, as [`crate::fleet`] takes it.
     pub pieces: Vec<Piece>,
     /// By tyre and coefficient: status and unit of its row.
@@ -35,22 +35,22 @@ pub(super) type Key = (String, String);
 ///
 /// # Errors
 /// A table cannot be read.
-pub(super) fn told(
+pub(super) fn estimates(
     out: &Path,
     sessions: &[&SessionRow],
-) -> Result<BTreeMap<Key, Told>, read::Error> {
+) -> Result<BTreeMap<Key, Estimates>, read::Error> {
     let wanted: BTreeSet<Key> = sessions.iter().map(|s| key_of(s.ident.key())).collect();
-    let mut found: BTreeMap<Key, Told> =
-        wanted.iter().map(|key| (key.clone(), Told::default())).collect();
+    let mut found: BTreeMap<Key, Estimates> =
+        wanted.iter().map(|key| (key.clone(), Estimates::default())).collect();
     let mut shifts: BTreeMap<(Key, String, String), Vec<EvidenceRow>> = BTreeMap::new();
     for row in rows::<EvidenceRow>(out, &wanted, &|_| true)? {
         let key = key_of(row.ident.key());
         if row.value.is_finite() && row.shift.is_finite() {
             // METHOD: what a ride hardly determines is off to one side, which more such rides do not cure
             if row.status == Status::Ok
-                && let Some(told) = found.get_mut(&key)
+                && let Some(estimates) = found.get_mut(&key)
             {
-                told.pieces.push(piece(&row));
+                estimates.pieces.push(piece(&row));
             }
             shifts.entry((key, row.tyre.clone(), row.coefficient.clone())).or_default().push(row);
         }
@@ -62,8 +62,8 @@ pub(super) fn told(
         if let (Some(value), true) = (row.value, estimated) {
             values.insert((key.clone(), row.tyre.clone(), row.coefficient.clone()), value);
         }
-        if let Some(told) = found.get_mut(&key) {
-            told.statuses.insert((row.tyre, row.coefficient), (row.status, row.unit));
+        if let Some(estimates) = found.get_mut(&key) {
+            estimates.statuses.insert((row.tyre, row.coefficient), (row.status, row.unit));
         }
     }
     let is_curve = |plot: &str| plot == "friction_x_front" || plot == "friction_x_rear";
@@ -83,12 +83,14 @@ pub(super) fn told(
         let of = |c: C| (key.clone(), tyre.clone(), c.name().to_owned());
         let factors = [C::MfB, C::MfC, C::MfD].map(of);
         let value = factors.iter().map(|f| values.get(f).copied()).product::<Option<f64>>();
-        let Some(told) = found.get_mut(&key) else { continue };
-        let known =
-            told.pieces.iter().any(|p| p.tyre == tyre && p.coefficient == C::SlipStiffness.name());
+        let Some(estimates) = found.get_mut(&key) else { continue };
+        let known = estimates
+            .pieces
+            .iter()
+            .any(|p| p.tyre == tyre && p.coefficient == C::SlipStiffness.name());
         if let (Some(value), false) = (value, known) {
             let rows = factors.iter().filter_map(|f| shifts.get(f)).flatten();
-            told.pieces.extend(slip_stiffness(&tyre, value, &point, rows));
+            estimates.pieces.extend(slip_stiffness(&tyre, value, &point, rows));
         }
     }
     Ok(found)

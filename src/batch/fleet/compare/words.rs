@@ -102,11 +102,11 @@ pub(super) fn sentence(tyre: &str, coefficient: &str, unit: &str, found: &Differ
 
 /// Why a coefficient cannot be compared.
 pub(super) fn not_comparable(known: &[Vec<RowStatus>; 2]) -> String {
-    let side = |name: &str, told: &[RowStatus]| {
-        if told.iter().any(|t| t.status == Status::Ok) {
+    let side = |name: &str, rows: &[RowStatus]| {
+        if rows.iter().any(|t| t.status == Status::Ok) {
             return format!("{name}: determined");
         }
-        let of = |status: Status| told.iter().filter(|t| t.status == status).count();
+        let of = |status: Status| rows.iter().filter(|t| t.status == status).count();
         let parts = [
             (Status::PoorlyDetermined, "poorly determined"),
             (Status::LowerBound, "bounded from below"),
@@ -164,10 +164,10 @@ mod tests {
 
     #[test]
     fn what_cannot_be_compared_says_why() {
-        let told = |status| RowStatus { status, unit: String::new() };
+        let rows = |status| RowStatus { status, unit: String::new() };
         let known = [
-            vec![told(Status::PoorlyDetermined), told(Status::PoorlyDetermined)],
-            vec![told(Status::Ok)],
+            vec![rows(Status::PoorlyDetermined), rows(Status::PoorlyDetermined)],
+            vec![rows(Status::Ok)],
         ];
         let said = not_comparable(&known);
         assert_eq!(said, "A: poorly determined in 2 sessions; B: determined.");
