@@ -439,6 +439,9 @@ pub mod report {
         pub mod motorcycle {
             pub use crate::report::export::motorcycle::write;
         }
+        pub mod parameters {
+            pub use crate::report::export::parameters::tyre;
+        }
         pub mod reduced {
             pub use crate::report::export::reduced::write;
         }
@@ -707,6 +710,7 @@ pub mod store {
             pub use crate::store::tables::lap_rows::{
                 LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
             };
+            pub use crate::store::tables::parameter_rows::TyreParameters;
             pub use crate::store::tables::rows::{
                 CauseRow, ChangeRow, Coefficient, ComparisonRow, DiscrepancyRow, EffectTrace,
                 EstimateRow, EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint,

@@ -1,5 +1,6 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
-// The files of this folder are one script: base, cloud, fit, timeline, laps, main, in that order.
+// The files of this folder are one script: base, links, cloud, fit, timeline, laps, main, in that order; of the tyre
+// explorer base, links, tyre_model, explorer.
 // Before them stands KINDS, made from src/segment/manoeuvre: words, letters, sides, rest of each kind.
 // Texts reach the page through textContent alone.
 const store = document.getElementById("data");
@@ -164,6 +165,14 @@ const axes = (chart, compact, bare) => {
     { ...common, ...(chart.time ? { values: (u, splits) => dates(u, splits) } : {}), size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: chart.time ? 90 : 60, ...(bare ? { values: () => [] } : {}) },
     { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : chart.height ? 20 : 36 },
   ];
+};
+
+// Axes of one scale: the shorter range is widened.
+const levelled = (view, width, height) => {
+  const size = r => r[1] - r[0], wide = r => (r[0] + r[1]) / 2;
+  const per = Math.max(size(view.x) / (width - 62), size(view.y) / (height - 60));
+  const about = (r, length) => [wide(r) - per * length / 2, wide(r) + per * length / 2];
+  return { x: about(view.x, width - 62), y: about(view.y, height - 60) };
 };
 
 const zeroLines = u => {

@@ -10,6 +10,7 @@ const called = id => {
 const note = document.getElementById("picked");
 const pick = id => {
   picked.id = id == null || picked.id === id ? null : id;
+  address.put("manoeuvre", picked.id == null ? null : String(picked.id));
   picked.redraws.forEach(f => f());
   for (const b of document.querySelectorAll("button[data-manoeuvre]"))
     b.setAttribute("aria-pressed", String(+b.dataset.manoeuvre === picked.id));

@@ -14,14 +14,6 @@ const linked = chart => ({
 });
 const isPlotted = chart => chart.lines.length || chart.clouds.length;
 
-// Axes of one scale: the shorter range is widened.
-const levelled = (view, width, height) => {
-  const size = r => r[1] - r[0], wide = r => (r[0] + r[1]) / 2;
-  const per = Math.max(size(view.x) / (width - 62), size(view.y) / (height - 60));
-  const about = (r, length) => [wide(r) - per * length / 2, wide(r) + per * length / 2];
-  return { x: about(view.x, width - 62), y: about(view.y, height - 60) };
-};
-
 const spans = (u, chart) => {
   const { ctx, bbox } = u;
   for (const s of chart.spans || []) {
@@ -105,6 +97,7 @@ const fit = (holder, chart) => {
         drawAxes: [v => { if (!chart.time) zeroLines(v); for (const cloud of chart.clouds) drawCloud(v, cloud, hidden, range); drawPaths(v, chart, hidden, palette()); }],
         setCursor: [() => { if (u) hover(); }],
         setScale: [(v, key) => {
+          if (chart.name && !chart.equal) remember(v, chart.name, view);
           if (key !== "x" || group.busy) return;
           group.busy = true;
           for (const other of group.now) {
@@ -124,12 +117,14 @@ const fit = (holder, chart) => {
     // a legend's click keeps the zoom; paper and a new width start afresh
     if (was && was.x.min != null && !printing && !chart.equal)
       u.batch(() => { u.setScale("x", { min: was.x.min, max: was.x.max }); u.setScale("y", { min: was.y.min, max: was.y.max }); });
-    else reset(u, view);
+    else { reset(u, view); if (!was && !printing) recall(u, chart.name); }
     holder.uplot = u; // for tests and for the curious
   };
   build();
   group.now.push(() => u);
   group.builds.push(build);
+  const figure = holder.closest("figure"), title = figure.querySelector("figcaption strong")?.textContent || named(chart.y);
+  tools(figure, chart.name || "chart", title, () => csvOf(chart), () => u);
   legend(holder, entries, hidden, () => group.builds.forEach(f => f()));
   const tint = range ? rampEntry(holder, chart, range) : () => {};
   tint();

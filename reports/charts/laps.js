@@ -149,8 +149,10 @@ const lapCharts = () => {
     now = lap;
     for (const e of document.querySelectorAll("[data-lap-name]")) e.textContent = `${lap.lap} (${lap.time})`;
     for (const b of document.querySelectorAll("button[data-lap]")) b.setAttribute("aria-pressed", String(+b.dataset.lap === lap.lap));
+    address.put("lap", lap === best ? null : String(lap.lap));
     draw();
   };
+  const asked = track.laps.find(l => String(l.lap) === address.get("lap"));
   for (const b of document.querySelectorAll("button[data-lap]"))
     b.addEventListener("click", () => { const l = track.laps.find(l => l.lap === +b.dataset.lap); if (l) choose(l); });
   // on the holder: the drawing in it is replaced while the pointer moves
@@ -164,7 +166,12 @@ const lapCharts = () => {
     });
     holder.addEventListener("pointerleave", () => point(null));
   }
-  choose(best);
+  choose(asked || best);
+  const csv = () => rowsOf([
+    ["lap", "lap time", "distance (m)", "x (m)", "y (m)", "behind (s)", "speed (km/h)", "roll (deg)", "ax (g)", "ay (g)", "friction used (g)"],
+    ...track.laps.flatMap(l => track.s.map((s, k) => [l.lap, l.time, s, track.x[k], track.y[k], l.d[k], l.v[k], l.roll[k], l.ax[k], l.ay[k], l.used[k]])),
+  ]);
+  tools(at("behind").closest("figure"), "laps", "all laps", csv, null);
   let width = at("map").clientWidth;
   new ResizeObserver(() => {
     if (!printing && at("map").clientWidth !== width) { width = at("map").clientWidth; draw(); }

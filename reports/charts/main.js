@@ -42,6 +42,17 @@ for (const b of document.querySelectorAll("button[data-manoeuvre]"))
 if (note) note.querySelector("button").addEventListener("click", () => pick(null));
 addEventListener("keydown", e => { if (e.key === "Escape" && picked.id != null) pick(null); });
 
+// what the address asks for is drawn and brought into view
+const linkedTo = (address.get("zoom") || "").split(",")[0];
+const asks = linkedTo && (linkedTo === "time" ? lane : [...document.querySelectorAll("[data-chart]")].find(e => data.charts[+e.dataset.chart].name === linkedTo));
+if (asks) {
+  for (let e = asks; e; e = e.parentElement) if (e.tagName === "DETAILS") e.open = true;
+  start(asks);
+  asks.scrollIntoView({ block: "center" });
+}
+const wanted = Number(address.get("manoeuvre"));
+if (address.get("manoeuvre") != null && segments.has(wanted)) pick(wanted);
+
 const redraw = () => { readTheme(); hatches.clear(); swatches(); drawn.forEach(f => f()); };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 addEventListener("beforeprint", () => {

@@ -107,6 +107,7 @@ const panel = (holder, chart, index) => {
         drawAxes: [zeroLines],
         setCursor: [() => { if (u) hover(); }],
         setScale: [(v, key) => {
+          if (index === 0) remember(v, "time", view);
           if (key !== "x" || busy) return;
           busy = true;
           for (const other of panels) {
@@ -128,6 +129,8 @@ const panel = (holder, chart, index) => {
   };
   build();
   panels.push(() => u);
+  if (last && panels.length) recall(panels[0](), "time");
+  tools(holder.closest("figure"), chart.name || "time", named(chart.y), () => csvOf(chart), () => u);
   const entries = lineEntries(chart, () => theme.traces);
   legend(holder, entries, hidden, build);
   keys(holder, () => { u.hovered = true; return u; }, home, choose);

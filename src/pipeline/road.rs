@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use arrow::array::RecordBatch;
 
-use super::outcome::{Input, Outcome, Rejection};
+use super::outcome::{Input, Outcome, Rejection, table};
 use super::rows::{manoeuvres, name_machine, provenance, session, warnings};
 use super::settings::Pipeline;
 use super::stages::{Characterised, characterise};
@@ -23,6 +23,7 @@ use crate::fit::{
     Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, measured,
     missing, transients, wheel_scale,
 };
+use crate::report::export::parameters;
 use crate::report::plots;
 use crate::segment::laps::Known;
 use crate::segment::laps::find::Kind;
@@ -119,6 +120,11 @@ pub(super) fn run(
         ride.remove(Channel::Grade);
     }
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
+    let tyres = parameters::rows(&session, &coefficients, &manoeuvres, &plots, bike);
+    let other_tables = match tyres.is_empty() {
+        true => Vec::new(),
+        false => vec![table(&tyres).map_err(|e| Rejection::unwritable(&e))?],
+    };
     Ok(Outcome {
         session,
         manoeuvres,
@@ -129,6 +135,7 @@ pub(super) fn run(
         plots,
         signals,
         costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),
+        other_tables,
         ..Outcome::default()
     })
 }

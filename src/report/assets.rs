@@ -19,11 +19,22 @@ pub(super) static SCRIPT: LazyLock<String> = LazyLock::new(|| {
 });
 const CHARTS: &str = concat!(
     include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/links.js"),
     include_str!("../../reports/charts/cloud.js"),
     include_str!("../../reports/charts/fit.js"),
     include_str!("../../reports/charts/timeline.js"),
     include_str!("../../reports/charts/laps.js"),
     include_str!("../../reports/charts/main.js"),
+);
+/// The script of the tyre explorer.
+pub(super) static EXPLORER_SCRIPT: LazyLock<String> = LazyLock::new(|| {
+    format!("(async () => {{\n\"use strict\";\n{}{EXPLORER}}})();\n", kinds::script())
+});
+const EXPLORER: &str = concat!(
+    include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/links.js"),
+    include_str!("../../reports/charts/tyre_model.js"),
+    include_str!("../../reports/charts/explorer.js"),
 );
 const FOLD: &str = include_str!("../../reports/charts/fold.js");
 /// The script of long tables.

@@ -83,7 +83,8 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
     let (tables, diagnosed) = (&tables, &diagnosed);
     let (names, pages, environment) = (&names, &pages, &environment);
     let others =
-        run::Writer { out, environment, tables, diagnosed, names, pages, on_demand }.write()?;
+        run::Writer { out, environment, tables, diagnosed, names, pages, on_demand, bench: &bench }
+            .write()?;
 
     let own: Vec<&str> = pages
         .iter()

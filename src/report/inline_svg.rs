@@ -31,6 +31,30 @@ pub(crate) fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) 
     svg
 }
 
+/// The 95 % interval of a relative difference about zero: the axis goes a quarter to each side, an arrow marks an end that
+/// lies beyond. Empty where there is no relative difference.
+pub(crate) fn difference(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
+    let (Some(value), Some(low), Some(high)) = (value, low, high) else { return String::new() };
+    let place = |v: f64| 60.0 + v / REACH * 52.0;
+    let (left, right) = (place(low), place(high));
+    let (x1, x2, dot) = (left.clamp(4.0, 116.0), right.clamp(4.0, 116.0), place(value));
+    let mut svg = format!(
+        "<svg class=\"interval\" viewBox=\"0 0 120 16\" aria-hidden=\"true\">\
+         <path class=\"axis\" d=\"M8 8H112M8 5v6M112 5v6M60 2v12\"/>\
+         <path class=\"bar\" d=\"M{x1:.1} 8H{x2:.1}\"/>"
+    );
+    if left < 4.0 {
+        svg.push_str("<path class=\"arrow\" d=\"M8 4L3 8L8 12\"/>");
+    }
+    if right > 116.0 {
+        svg.push_str("<path class=\"arrow\" d=\"M112 4L117 8L112 12\"/>");
+    }
+    if (4.0..=116.0).contains(&dot) {
+        svg.push_str(&format!("<circle class=\"dot\" cx=\"{dot:.1}\" cy=\"8\" r=\"2.6\"/>"));
+    }
+    svg + "</svg>"
+}
+
 /// One session's estimate in a [`strip`]: value, lower and upper end.
 pub(crate) type Estimate = (f64, f64, f64);
 

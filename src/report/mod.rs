@@ -7,7 +7,7 @@
 //! offline: it holds all it needs, or, of many, its data alone, with style and script in a folder
 //! beside them ([`assets`]). The templates are in `reports/`; the chart library is embedded whole.
 //!
-//! A folder per kind of page ([`run`], [`session`], [`fleet`], [`diagnosis`]) and what they share:
+//! A folder per kind of page ([`run`], [`session`], [`fleet`], [`diagnosis`], [`explorer`], [`comparison`]) and what they share:
 //! the shell of a page ([`page_shell`]), charts ([`charts`]), drawings inside tables
 //! ([`inline_svg`]), number formats ([`number_format`](crate::statistics::number_format)). The same charts become files in
 //! [`static_figures`], the same numbers text in [`terminal`] and [`markdown`].
@@ -28,8 +28,10 @@ pub(crate) mod assets;
 pub(crate) mod build;
 pub(crate) mod charts;
 pub(crate) mod coefficient_text;
+pub(crate) mod comparison;
 pub(crate) mod diagnosis;
 pub(crate) mod error;
+pub(crate) mod explorer;
 pub(crate) mod export;
 pub(crate) mod fleet;
 pub(crate) mod inline_svg;

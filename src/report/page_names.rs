@@ -10,7 +10,7 @@ const MAX: usize = 80;
 /// and a short hash appended, so that `a/b` and `a_b` do not meet, nor `A` and `a` on a disk
 /// that takes them for one.
 pub fn sessions<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
-    let mut taken = BTreeSet::from(["index", "fleet"].map(str::to_owned));
+    let mut taken = BTreeSet::from(["index", "fleet", "tyres"].map(str::to_owned));
     sessions
         .map(|(bike, session)| {
             let safe: String = session.chars().take(MAX).map(safe_char).collect();

@@ -20,7 +20,9 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("bike_tables.html", include_str!("../../reports/bike_tables.html")),
     ("session.html", include_str!("../../reports/session.html")),
     ("laps.html", include_str!("../../reports/laps.html")),
+    ("tyres.html", include_str!("../../reports/tyres.html")),
     ("fleet.html", include_str!("../../reports/fleet.html")),
+    ("comparison.html", include_str!("../../reports/comparison.html")),
     ("diagnosis.html", include_str!("../../reports/diagnosis.html")),
 ];
 
@@ -63,9 +65,14 @@ pub(super) fn context(source: Source) -> Value {
     }
 }
 
-/// What a session's page is made of: its tables' own provenance, its diagnosis, the bench values,
-/// the templates. As the start of an HTML comment.
-pub(super) fn fingerprint(session: &SessionRow, diagnosis: Option<&str>, bench: &str) -> String {
+/// What a session's page is made of: its tables' own provenance, its diagnosis, the bench values, the pages that it leads
+/// to, the templates. As the start of an HTML comment.
+pub(super) fn fingerprint(
+    session: &SessionRow,
+    diagnosis: Option<&str>,
+    bench: &str,
+    links: [&str; 2],
+) -> String {
     let provenance = &session.provenance;
     let mut hasher = blake3::Hasher::new();
     for part in [&provenance.input_hash, &provenance.pipeline_hash, &provenance.version] {
@@ -73,6 +80,9 @@ pub(super) fn fingerprint(session: &SessionRow, diagnosis: Option<&str>, bench: 
     }
     hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
+    for link in links {
+        hasher.update(link.as_bytes()).update(b"\n");
+    }
     let own = [STYLE.as_str(), SCRIPT.as_str(), UPLOT_SCRIPT, UPLOT_STYLE];
     for text in TEMPLATES.iter().map(|(_, text)| *text).chain(own) {
         hasher.update(text.as_bytes());

@@ -9,7 +9,7 @@ use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::read;
 use crate::store::tables::rows::{
     Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, LapTrendRow, Manoeuvre,
-    PlotPoint, Rejected, SessionRow, WarningRow,
+    PlotPoint, Rejected, SessionRow, TyreParameters, WarningRow,
 };
 
 /// Tables of which one at least makes a folder an output.
@@ -70,6 +70,12 @@ pub(crate) fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
 /// A file cannot be read or lacks a column.
 pub fn warnings(out: &Path) -> Result<Vec<WarningRow>, Error> {
     let mut rows: Vec<WarningRow> = read::rows(out)?;
+    rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
+    Ok(rows)
+}
+
+fn parameters(out: &Path) -> Result<Vec<TyreParameters>, Error> {
+    let mut rows: Vec<TyreParameters> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }
@@ -178,6 +184,8 @@ pub(crate) struct RunTables {
     pub coefficients: Vec<Coefficient>,
     /// By bike and session.
     pub warnings: Vec<WarningRow>,
+    /// By bike and session.
+    pub parameters: Vec<TyreParameters>,
 }
 
 impl RunTables {
@@ -191,6 +199,7 @@ impl RunTables {
             sessions: sessions(out)?,
             coefficients: as_read(coefficients(out)?),
             warnings: warnings(out)?,
+            parameters: parameters(out)?,
         })
     }
 
@@ -207,12 +216,18 @@ impl RunTables {
             sessions: SessionFiles::<SessionRow>::read_one(out, session)?.rows(session)?,
             coefficients,
             warnings: SessionFiles::<WarningRow>::read_one(out, session)?.rows(session)?,
+            parameters: SessionFiles::<TyreParameters>::read_one(out, session)?.rows(session)?,
         })
     }
 
     /// One session's coefficients.
     pub(crate) fn coefficients_of(&self, session: &Ident) -> &[Coefficient] {
         rows_of(&self.coefficients, session, |c| &c.ident)
+    }
+
+    /// One session's tyres as the model has them.
+    pub(crate) fn parameters_of(&self, session: &Ident) -> &[TyreParameters] {
+        rows_of(&self.parameters, session, |p| &p.ident)
     }
 
     /// One session's warnings.

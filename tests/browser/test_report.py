@@ -17,12 +17,12 @@ PAPER = 718
 
 def pages(report):
     found = sorted(report.glob("*.html"))
-    assert len(found) == 5, f"run, fleet, two sessions, one diagnosis: {found}"
+    assert len(found) == 6, f"run, fleet, tyres, two sessions, one diagnosis: {found}"
     return found
 
 
 def session_page(report):
-    return next(p for p in pages(report) if p.name not in ("index.html", "fleet.html") and not p.name.startswith("diagnosis"))
+    return next(p for p in pages(report) if p.name not in ("index.html", "fleet.html", "tyres.html") and not p.name.startswith("diagnosis"))
 
 
 def chart(browser, selector="[data-chart]"):

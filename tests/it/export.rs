@@ -9,11 +9,15 @@ use roadbench::internals::contract::bike::{Axle, Bike};
 use roadbench::internals::contract::coefficient::Coefficient as C;
 use roadbench::internals::report::export::effects::Place;
 use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::parameters;
 use roadbench::internals::report::export::tyre::{Characterised, Setting};
 use roadbench::internals::simulate::effects::Effect;
 use roadbench::internals::simulate::effects::extended_model::ExtendedModel;
 use roadbench::internals::simulate::effects::models::Models;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::TyreParameters;
 use roadbench::internals::tyre::paper::Input;
+use roadbench::internals::tyre::tyre_model::TyreModel;
 
 pub const SESSION: &str = "archive_s0001";
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
@@ -318,5 +322,36 @@ fn compare_bench(said: &str, fitted: &Fitted) {
             fitted.value(Axle::Front, coefficient).expect(line),
         );
         assert!((found / wanted - 1.0).abs() < within, "{line}: {found} for {wanted}");
+    }
+}
+
+/// One tyre, wherever it is: the row of `tyre_parameters` is the tyre that `export` writes, and upright its stiffness is
+/// the coefficient's.
+#[test]
+fn the_row_of_parameters_is_the_exported_tyre() {
+    let (_folder, out) = ridden();
+    let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
+    let bike = Bike::read(&here(BIKES).join("archive_01.toml")).expect("bike");
+    let rows: Vec<TyreParameters> = read::rows(Path::new(&out)).expect("rows");
+    assert_eq!(rows.iter().map(|r| r.tyre.as_str()).collect::<Vec<_>>(), ["front", "rear"]);
+    for (row, axle) in rows.iter().zip(Axle::BOTH) {
+        let setting = Setting { bike: Some(&bike), ..Setting::default() };
+        let exported = Characterised::new(&fitted, axle, &setting).expect("tyre");
+        let tyre = parameters::tyre(row);
+        for (slip, angle, camber, share) in [
+            (-0.05, 0.0, 0.0, 1.0),
+            (-0.3, 0.05, -0.6, 1.5),
+            (0.04, -0.02, 0.4, 0.6),
+            (0.0, 0.1, 0.2, 2.0),
+        ] {
+            let input = exported.input(slip, angle, camber, share * row.load_at_rest);
+            assert_eq!(tyre.forces(&input), exported.forces(&input), "{axle:?} {input:?}");
+        }
+        let stiffness =
+            fitted.row(axle, C::CorneringStiffness0).and_then(|c| c.value).expect("value");
+        let upright = tyre.tyre.stiffness.k_alpha(0.0, tyre.tyre.side_force_ratio);
+        assert!((upright / stiffness - 1.0).abs() < 1e-9, "{upright} {stiffness}");
+        assert!((row.load_at_rest / bike.static_load(axle) - 1.0).abs() < 1e-12);
+        assert!(row.longitudinal && row.lateral && row.ridden_camber.is_some_and(|g| g > 0.3));
     }
 }

@@ -457,7 +457,10 @@ fn the_page_of_a_track_session_has_laps_and_that_of_the_archive_none() {
     let html = fs::read_dir(out.join("report"))
         .expect("a report")
         .map(|e| e.expect("entry").path())
-        .find(|p| p.file_name().is_some_and(|n| n != "index.html" && n != "fleet.html"))
+        .find(|p| {
+            p.file_name()
+                .is_some_and(|n| ["index.html", "fleet.html", "tyres.html"].iter().all(|o| n != *o))
+        })
         .map(|p| fs::read_to_string(p).expect("a page"))
         .expect("the session's page");
     assert!(html.contains("id=\"laps\"") && html.contains("data-lap=\"1\""));

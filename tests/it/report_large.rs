@@ -145,7 +145,7 @@ fn lists(html: &str) -> Vec<serde_json::Value> {
 
 fn session_pages(out: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(out.join("report")).expect("report");
-    let own = ["index.html", "fleet.html"];
+    let own = ["index.html", "fleet.html", "tyres.html"];
     entries
         .map(|e| e.expect("entry").path())
         .filter(|p| p.extension().is_some_and(|e| e == "html"))

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use roadbench::internals::batch::jobs::bikes::BikeFile;
 use roadbench::internals::batch::jobs::run;
@@ -358,4 +359,18 @@ pub fn codes(run: &Accounts) -> Vec<&str> {
 
 pub fn adds_up(run: &Accounts) {
     assert_eq!(run.inputs, run.done + run.unchanged + run.rejected.len() + run.left);
+}
+
+/// Kills a process after some time; how long it lived where it had ended by then.
+pub fn killed_after(mut child: Child, after: Duration) -> Option<Duration> {
+    let start = Instant::now();
+    while start.elapsed() < after {
+        if child.try_wait().expect("child").is_some() {
+            return Some(start.elapsed());
+        }
+        std::thread::sleep(Duration::from_millis(1).min(after));
+    }
+    child.kill().expect("SIGKILL");
+    child.wait().expect("gone");
+    None
 }

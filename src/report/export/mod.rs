@@ -11,7 +11,7 @@
 //! | [`header`] | `c`: a header that evaluates the tyre |
 //! | [`fmu`] | `fmu`: the same as a simulation unit of FMI 3.0 |
 //!
-//! A property file is shaped to the tyre by [`shape`]; how far it may be used is said in [`validity`].
+//! [`parameters`] are the rows of the table `tyre_parameters`. A property file is shaped to the tyre by [`shape`]; how far it may be used is said in [`validity`].
 //! [`effects`] says which effects that a diagnosis named become part of the tyre, [`over_load`] how what depends on
 //! load is said in a property file. [`written`] is the one call for all formats. All are written from the output tables
 //! alone (and, for what no ride gives, the bike file).
@@ -32,6 +32,7 @@ pub(crate) mod magic_formula_62;
 pub(crate) mod motorcycle;
 pub(crate) mod numbers;
 pub(crate) mod over_load;
+pub(crate) mod parameters;
 pub(crate) mod ranges;
 pub(crate) mod reduced;
 pub(crate) mod shape;

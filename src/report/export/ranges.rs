@@ -15,7 +15,7 @@ use crate::report::error::Error;
 use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, SLIP_ANGLE, STIFFNESS};
 use crate::report::plots::plot::{DATA, Plot};
 use crate::report::tables::SessionTables;
-use crate::store::tables::rows::{Ident, PlotPoint};
+use crate::store::tables::rows::{Ident, Manoeuvre, PlotPoint};
 
 /// Least robust weight of a sample that counts as ridden.
 const COUNTS: f64 = 0.5;
@@ -58,14 +58,18 @@ impl Ranges {
     /// # Errors
     /// A table cannot be read.
     pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
-        let (mut acceleration, mut speed) = (None, None);
         let tables = SessionTables::read(out)?;
-        for m in tables.manoeuvres(ident)?.iter().filter(|m| m.used) {
+        Ok(Self::of(&tables.manoeuvres(ident)?, &tables.plots(ident)?))
+    }
+
+    /// Of both tyres of a session.
+    pub(crate) fn of(manoeuvres: &[Manoeuvre], points: &[PlotPoint]) -> [Self; 2] {
+        let (mut acceleration, mut speed) = (None, None);
+        for m in manoeuvres.iter().filter(|m| m.used) {
             acceleration = widened(acceleration, m.acceleration_x_peak);
             speed = widened(widened(speed, m.speed_start), m.speed_end);
         }
-        let points = tables.plots(ident)?;
-        Ok([0, 1].map(|k| {
+        [0, 1].map(|k| {
             let over = |plots: &[Plot; 2], pick: fn(&PlotPoint) -> Option<f64>| {
                 points
                     .iter()
@@ -94,7 +98,7 @@ impl Ranges {
                     .filter_map(|p| p.y)
                     .collect(),
             }
-        }))
+        })
     }
 
     /// Loads of the ridden accelerations, N: the static one where nothing is known.

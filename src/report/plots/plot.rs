@@ -86,7 +86,7 @@ pub struct Plot {
 }
 
 /// The line of a fit.
-pub(super) const FIT: Series = Series::new("fit", "fit");
+pub(crate) const FIT: Series = Series::new("fit", "fit");
 const WHEEL_LOAD: Axis = Axis::new("wheel load", "N", 1.0);
 
 impl Plot {

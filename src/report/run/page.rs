@@ -27,6 +27,8 @@ pub(crate) struct Page {
     pub sessions: Vec<Entry>,
     /// Whether there is a page of the fleet, and how many events it tells of.
     pub fleet: Option<usize>,
+    /// Whether there is a page of the tyre explorer.
+    pub explorer: bool,
     /// Each diagnosed session.
     pub diagnoses: Vec<diagnosis::outcome::Entry>,
     /// Each rejected input.
@@ -95,6 +97,7 @@ pub(crate) fn build(
         bikes: bikes.iter().map(|b| bikes::part(b, tables, fleet, all_rides)).collect(),
         sessions: entries(tables, pages),
         fleet: None,
+        explorer: false,
         diagnoses: Vec::new(),
         warnings: summed(warnings),
         versions: versions.into_iter().collect::<Vec<_>>().join(", "),

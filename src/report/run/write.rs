@@ -14,8 +14,9 @@ use crate::report::fleet::{self, page::PAGE};
 use crate::report::run::bikes::{BikePart, of_bike};
 use crate::report::run::page::Page;
 use crate::report::run::{lists, notable, page};
+use crate::report::session::bench_values::BenchValues;
 use crate::report::tables::{self, RunTables};
-use crate::report::{page_names, page_shell};
+use crate::report::{explorer, page_names, page_shell};
 use crate::store::tables::rows::TyreRow;
 use crate::store::tables::{file, read};
 
@@ -34,6 +35,7 @@ pub(crate) struct Writer<'a> {
     pub(crate) pages: &'a [String],
     /// Whether a page that is not there is written when somebody asks for it.
     pub(crate) on_demand: bool,
+    pub(crate) bench: &'a BenchValues,
 }
 
 impl Writer<'_> {
@@ -54,6 +56,11 @@ impl Writer<'_> {
             events = fleet::write::write(self.out, self.environment, sessions, self.pages)?;
             page.fleet = Some(events.len());
             own.push(PAGE.to_owned());
+        }
+        page.explorer =
+            explorer::write::write(self.out, self.environment, self.tables, self.bench)?;
+        if page.explorer {
+            own.push(explorer::PAGE.to_owned());
         }
         let bikes = self.bikes(&page, &events)?;
         self.index(page, &bikes, &events)?;
@@ -80,6 +87,7 @@ impl Writer<'_> {
             let html = self.environment.get_template("bike.html")?.render(context! {
                 bike => Serde(bike),
                 fleet => page.fleet.is_some(),
+                explorer => page.explorer,
                 count => count,
                 events => Serde(events),
                 sessions => Serde(lists::sessions(sessions).shown()?),
@@ -111,6 +119,7 @@ impl Writer<'_> {
                 answer => page.answer,
                 ridden => page.ridden,
                 fleet => page.fleet,
+                explorer => page.explorer,
                 warnings => Serde(&page.warnings),
             },
             bikes => Serde(inline),

@@ -73,6 +73,11 @@ impl BenchPoints {
         Ok(points)
     }
 
+    /// The points of one tyre.
+    pub(super) fn of(&self, axle: Axle) -> &[Point] {
+        &self.tyres[axle as usize]
+    }
+
     /// Puts the points into the charts of friction.
     pub(crate) fn draw(&self, charts: &mut [Chart]) {
         for axle in Axle::BOTH {

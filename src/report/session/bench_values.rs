@@ -22,6 +22,7 @@ use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::objects::files::read_text;
 use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::read;
+use crate::tyre::tydex::Point;
 
 /// File name in the output folder.
 pub(crate) const FILE: &str = "bench.csv";
@@ -167,6 +168,11 @@ impl BenchValues {
             off.unwrap_or_default()
         );
         Some(typeset(&text))
+    }
+
+    /// Points of a tyre bench of one tyre.
+    pub(crate) fn points(&self, axle: Axle) -> &[Point] {
+        self.points.of(axle)
     }
 
     /// Puts the bench's stiffnesses into the charts of stiffness over camber, and its points into those of friction.

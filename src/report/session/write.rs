@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::report::assets::{Pages, Source};
 use crate::report::charts::pack;
@@ -38,27 +39,62 @@ pub(crate) struct Writer<'a> {
     pub(crate) whole: &'a BTreeSet<String>,
 }
 
+/// The page of another ride of the same motorcycle.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Neighbour<'a> {
+    page: &'a str,
+    id: &'a str,
+}
+
 impl Writer<'_> {
     /// Writes the pages called `names`, one per session in their order, an empty name none; whether
     /// any page, written or kept, uses the shared script and style.
     pub(crate) fn write(&self, names: &[String]) -> Result<bool, Error> {
         let shared = AtomicBool::new(self.source == Source::Folder);
+        let neighbours = self.neighbours(names);
         // pages are independent of each other: their order of writing shows nowhere
-        let sessions = self.tables.sessions.par_iter().zip(names);
-        sessions.filter(|(_, name)| !name.is_empty()).try_for_each(|(session, name)| {
-            if self.one(session, name)? == Source::Folder {
-                shared.fetch_or(true, Ordering::Relaxed);
-            }
-            Ok::<(), Error>(())
-        })?;
+        let sessions = self.tables.sessions.par_iter().zip(names).zip(&neighbours);
+        sessions.filter(|((_, name), _)| !name.is_empty()).try_for_each(
+            |((session, name), n)| {
+                if self.one(session, name, n)? == Source::Folder {
+                    shared.fetch_or(true, Ordering::Relaxed);
+                }
+                Ok::<(), Error>(())
+            },
+        )?;
         Ok(shared.into_inner())
     }
 
+    /// The motorcycle's ride before each session and the one after it, as far as they have pages.
+    fn neighbours<'n>(&'n self, names: &'n [String]) -> Vec<[Option<Neighbour<'n>>; 2]> {
+        let sessions = &self.tables.sessions;
+        let mut order: Vec<usize> = (0..sessions.len()).collect();
+        let time = |i: usize| (&sessions[i].ident.bike_id, &sessions[i].ident.start_time, i);
+        order.sort_by(|a, b| time(*a).cmp(&time(*b)));
+        let mut found = vec![[None, None]; sessions.len()];
+        for pair in order.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            if sessions[a].ident.bike_id == sessions[b].ident.bike_id {
+                let to =
+                    |i: usize| Neighbour { page: &names[i], id: &sessions[i].ident.session_id };
+                found[a][1] = Some(to(b)).filter(|n| !n.page.is_empty());
+                found[b][0] = Some(to(a)).filter(|n| !n.page.is_empty());
+            }
+        }
+        found
+    }
+
     /// Writes or keeps one page; where it has its script and style from.
-    fn one(&self, session: &SessionRow, name: &str) -> Result<Source, Error> {
+    fn one(
+        &self,
+        session: &SessionRow,
+        name: &str,
+        neighbours: &[Option<Neighbour<'_>>; 2],
+    ) -> Result<Source, Error> {
         let path = self.folder.join(name);
         let diagnosis = self.diagnosed.page_of(&session.ident);
-        let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text);
+        let links = neighbours.map(|n| n.map_or("", |n| n.page));
+        let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text, links);
         if let Some(kind) = self.kept
             && self.whole.contains(name)
             && let Some(source) = page_shell::source_if_current(&path, &fingerprint)
@@ -82,6 +118,8 @@ impl Writer<'_> {
             drawn.laps = laps::figure(&lap_rows, &corners, &self.stored.lap_points(ident)?);
         }
         figures::share_time(&mut drawn.panels);
+        let explored: Vec<&str> =
+            self.tables.parameters_of(ident).iter().map(|p| p.tyre.as_str()).collect();
         let html = self.environment.get_template("session.html")?.render(context! {
             page => Serde(page),
             charts => Serde(chart::heads(&drawn.charts)),
@@ -92,6 +130,8 @@ impl Writer<'_> {
             offroad => page::is_offroad(&drawn),
             forces => Serde(forces::table(forces)),
             diagnosis => diagnosis,
+            explored => Serde(&explored),
+            neighbours => Serde(&neighbours),
             data => Value::from_safe_string(pack::pack(&drawn)?),
             ..page_shell::context(self.source)
         })?;

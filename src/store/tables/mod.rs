@@ -12,6 +12,7 @@ pub(crate) mod lap_rows;
 pub(crate) mod mismatch;
 pub(crate) mod names;
 pub(crate) mod output;
+pub(crate) mod parameter_rows;
 pub(crate) mod read;
 pub(crate) mod registry;
 pub(crate) mod rows;

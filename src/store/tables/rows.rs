@@ -12,6 +12,7 @@ pub(crate) use super::ident::Ident;
 pub(crate) use super::lap_rows::{
     LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
 };
+pub(crate) use super::parameter_rows::TyreParameters;
 use crate::contract::reason::Reason;
 pub(crate) use crate::contract::status::Status;
 

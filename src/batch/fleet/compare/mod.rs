@@ -20,6 +20,9 @@ use crate::store::tables::file;
 use crate::store::tables::read as tables;
 use crate::store::tables::rows::{ComparisonRow, SessionRow};
 
+pub(crate) mod answer;
+pub(crate) mod numbers;
+pub(crate) mod page;
 mod read;
 mod select;
 pub(crate) mod words;

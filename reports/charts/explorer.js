@@ -1,0 +1,358 @@
+// The tyre explorer: one or two fitted tyres at a load, camber and road of the reader's choice.
+
+const DEGREES = 180 / Math.PI;
+const between = (xs, ys, x) => {
+  if (!xs.length || x < xs[0] || x > xs[xs.length - 1]) return null;
+  const i = Math.max(1, xs.findIndex(v => v >= x));
+  if (xs.length < 2 || ys[i] == null || ys[i - 1] == null) return null;
+  const t = (x - xs[i - 1]) / (xs[i] - xs[i - 1] || 1);
+  return ys[i - 1] + t * (ys[i] - ys[i - 1]);
+};
+for (const t of data.tyres) {
+  for (const b of Object.values(t.bands)) for (const name of Object.keys(b)) b[name] = unstep(b[name]);
+  Object.assign(t, tyreModel(t.parameters));
+  // the band below and above a curve of the report, at one abscissa; null beyond what was ridden
+  t.off = (band, x) => {
+    const b = t.bands[band], [low, y, high] = ["low", "y", "high"].map(n => between(b.x, b[n], x));
+    return low == null || y == null || high == null ? null : { y, low: y - low, high: high - y };
+  };
+}
+const wrong = data.tyres.some(t => (t.check || []).some(([input, output]) =>
+  t.forces(...input).some((f, i) => !(Math.abs(f - output[i]) <= 1e-6 * (Math.abs(output[i]) + input[3] * 1e-3)))));
+
+const at = id => document.getElementById(id);
+const controls = { a: at("tyre-a"), b: at("tyre-b"), show: at("show"), load: at("load"), camber: at("camber"), mu: at("mu"), angle: at("angle"), slip: at("slip") };
+const number = name => Number(controls[name].value);
+const setting = () => ({ load: number("load"), gamma: number("camber") / DEGREES, mu: number("mu"), angle: number("angle") / DEGREES, slip: number("slip") / 100 });
+
+// Each view: axes, abscissae, value with what is below and above it, whether a place was ridden, what it needs.
+// A side force is known best in steady corners: away from their slip angle the stiffness' error comes on top.
+const sideBand = (t, angle, gamma, load, mu) => {
+  // as a left-hand corner, whose camber is negative and whose side force is positive
+  const side = gamma > 0 ? -1 : 1, g = -Math.abs(gamma), turned = side * angle, stiff = t.off("stiffness", -g);
+  const steady = g === 0 ? { y: 0, low: 0, high: 0 } : t.off("side", g), most = t.circle(mu) * load;
+  const force = side * t.forces(0, angle, gamma, load, mu)[1];
+  if (!stiff || !steady || Math.abs(force) >= 0.999 * most) return null;
+  // the steady corner's slip angle is where the model has its side force
+  const away = turned + steady.y / stiff.y + t.parameters.side_force_ratio * g;
+  const [less, more] = away > 0 ? [stiff.high, stiff.low] : [stiff.low, stiff.high];
+  const low = Math.hypot(steady.low, away * less) * load, high = Math.hypot(steady.high, away * more) * load;
+  const ends = [Math.min(low, force + most), Math.min(high, most - force)]; // no more than the road holds
+  return side > 0 ? ends : ends.reverse();
+};
+// friction is fitted to straight-line braking
+const upright = s => Math.abs(s.gamma) < 0.09;
+const slipBand = (t, slip, s) => {
+  const b = !upright(s) ? null : t.off("friction", slip * t.stiffer(s.load) / s.mu);
+  if (!b || Math.abs(b.y) < 1e-9) return null;
+  const force = t.forces(slip, 0, s.gamma, s.load, s.mu)[0], share = Math.abs(force / b.y);
+  return [b.low * share, b.high * share];
+};
+const ridden = (value, ends) => ends != null && value >= ends[0] - 1e-9 && value <= ends[1] + 1e-9;
+const both = size => size == null ? null : [-size, size];
+const VIEWS = {
+  longitudinal: {
+    x: { label: "slip ratio", unit: "%" }, y: { label: "longitudinal force Fx", unit: "N" }, range: [-40, 20], needs: "longitudinal",
+    value: (t, x, s) => t.forces(x / 100, 0, s.gamma, s.load, s.mu)[0], band: (t, x, s) => slipBand(t, x / 100, s),
+    ridden: (t, x, s) => upright(s) && ridden(x / 100, t.ridden.slip), uses: ["load", "camber", "mu"],
+  },
+  lateral: {
+    x: { label: "slip angle", unit: "\u00b0" }, y: { label: "side force Fy", unit: "N" }, range: [-10, 10], needs: "lateral",
+    value: (t, x, s) => t.forces(s.slip, x / DEGREES, s.gamma, s.load, s.mu)[1],
+    band: (t, x, s) => s.slip === 0 ? sideBand(t, x / DEGREES, s.gamma, s.load, s.mu) : null,
+    ridden: (t, x, s) => s.slip === 0 && ridden(x / DEGREES, both(t.ridden.angle)) && ridden(s.gamma, both(t.ridden.camber)), uses: ["load", "camber", "mu", "slip"],
+  },
+  leaning: {
+    x: { label: "camber", unit: "\u00b0" }, y: { label: "side force Fy", unit: "N" }, range: [-55, 55], needs: "lateral",
+    value: (t, x, s) => t.forces(0, s.angle, x / DEGREES, s.load, s.mu)[1], band: (t, x, s) => sideBand(t, s.angle, x / DEGREES, s.load, s.mu),
+    ridden: (t, x, s) => ridden(x / DEGREES, both(t.ridden.camber)) && ridden(s.angle, both(t.ridden.angle)), uses: ["load", "mu", "angle"],
+  },
+  combined: {
+    x: { label: "longitudinal force Fx", unit: "N" }, y: { label: "side force Fy", unit: "N" }, equal: true, needs: "both", uses: ["load", "camber", "mu"],
+  },
+  yaw: {
+    x: { label: "slip angle", unit: "\u00b0" }, y: { label: "yaw moment Mz", unit: "N m" }, range: [-10, 10], needs: "lateral",
+    value: (t, x, s) => t.forces(s.slip, x / DEGREES, s.gamma, s.load, s.mu)[3], band: () => null,
+    ridden: (t, x, s) => s.slip === 0 && ridden(x / DEGREES, both(t.ridden.angle)) && ridden(s.gamma, both(t.ridden.camber)), uses: ["load", "camber", "mu", "slip"],
+  },
+  overturning: {
+    x: { label: "camber", unit: "\u00b0" }, y: { label: "overturning moment Mx", unit: "N m" }, range: [-55, 55], needs: "lateral",
+    value: (t, x, s) => t.forces(0, 0, x / DEGREES, s.load, s.mu)[2],
+    band: (t, x, s) => t.crown && t.crown.map(size => Math.abs(size * s.load * Math.tan(x / DEGREES))),
+    ridden: (t, x) => ridden(x / DEGREES, both(t.ridden.camber)), uses: ["load"],
+  },
+};
+const ANGLES = [0, 1, 2, 4, 8];
+const STEPS = 240;
+
+// What is drawn of one tyre: runs of points, each ridden or not, with the ends of its band.
+const curveOf = (t, view, s) => {
+  const [from, to] = view.range, out = [];
+  for (let i = 0; i <= STEPS; i++) {
+    const x = from + (to - from) * i / STEPS, y = view.value(t, x, s), b = view.band(t, x, s);
+    out.push({ x, y, low: b && y - b[0], high: b && y + b[1], ridden: view.ridden(t, x, s) });
+  }
+  return [{ name: t.name, points: out }];
+};
+const ellipseOf = (t, s) => {
+  const most = t.circle(s.mu) * s.load, rim = [];
+  // both forces at once were not ridden: the combined slip is the model's rule
+  const single = (x, y) => Math.min(Math.abs(x), Math.abs(y)) <= most / 20;
+  const curves = ANGLES.map(angle => ({ name: `slip angle ${angle}\u00b0`, points: [] }));
+  ANGLES.forEach((angle, n) => {
+    for (let i = 0; i <= STEPS; i++) {
+      const u = -1 + 2 * i / STEPS, slip = Math.sign(u) * (u < 0 ? 0.95 : 0.6) * Math.abs(u) ** 2.5;
+      const [x, y] = t.forces(slip, -angle / DEGREES, s.gamma, s.load, s.mu);
+      curves[n].points.push({ x, y, slip, low: null, high: null, ridden: single(x, y) && ridden(slip, t.ridden.slip) && ridden(angle / DEGREES, both(t.ridden.angle)) });
+    }
+  });
+  for (let i = 0; i <= 120; i++) rim.push({ x: most * Math.cos(i * Math.PI / 60), y: most * Math.sin(i * Math.PI / 60), low: null, high: null, ridden: false });
+  return [...curves, { name: "friction circle", points: rim, rim: true }];
+};
+
+let shown = [], u = null, home = null;
+const lacks = (t, view) => {
+  const missing = ["longitudinal", "lateral"].filter(half => (view.needs === half || view.needs === "both") && !t[half]);
+  return missing.length ? `${t.name}: this ride did not give the ${missing.join(" and ")} half of the tyre.` : null;
+};
+const chosen = () => [controls.a, controls.b].map(c => c.value === "" ? null : data.tyres[+c.value]);
+
+const path = (points, draw) => {
+  const { ctx } = u;
+  ctx.beginPath();
+  points.forEach((p, i) => {
+    const x = u.valToPos(p.x, "x", true), y = u.valToPos(p.y, "y", true);
+    if (i) ctx.lineTo(x, y); else ctx.moveTo(x, y);
+  });
+  draw(ctx);
+};
+const paint = () => {
+  const { ctx, bbox } = u, px = devicePixelRatio || 1;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  zeroLines(u);
+  for (const { curves, colour } of shown) for (const c of curves) {
+    const banded = c.points.filter(p => p.low != null);
+    if (banded.length > 1) {
+      const edge = [...banded.map(p => ({ x: p.x, y: p.high })), ...banded.reverse().map(p => ({ x: p.x, y: p.low }))];
+      path(edge, k => { k.fillStyle = alpha(colour(), 0.2); k.fill(); });
+    }
+    // runs of the same kind: solid where it was ridden
+    for (let i = 0; i < c.points.length - 1;) {
+      let j = i + 1;
+      while (j < c.points.length - 1 && c.points[j].ridden === c.points[i].ridden) j++;
+      path(c.points.slice(i, j + 1), k => {
+        k.strokeStyle = c.rim ? alpha(colour(), 0.7) : colour();
+        k.lineWidth = (c.rim ? 1 : 2) * px;
+        k.setLineDash(c.points[i].ridden ? [] : c.rim ? [2 * px, 4 * px] : [6 * px, 4 * px]);
+        k.stroke();
+      });
+      i = j;
+    }
+  }
+  if (controls.show.value !== "combined") for (const p of bench()) {
+    ctx.setLineDash([]);
+    ctx.fillStyle = theme.ink;
+    ctx.beginPath();
+    ctx.arc(u.valToPos(p.x, "x", true), u.valToPos(p.y, "y", true), 3 * px, 0, 2 * Math.PI);
+    ctx.fill();
+  }
+  ctx.restore();
+};
+// Points of a tyre bench near the chosen load and camber, of the tyres that are shown.
+const bench = () => {
+  const s = setting(), view = controls.show.value, wheels = new Set(chosen().filter(Boolean).map(t => t.tyre));
+  return data.bench.filter(p => wheels.has(p.tyre) && Math.abs(p.load / s.load - 1) < 0.15 && s.mu === 1).flatMap(p => {
+    const leans = Math.abs(p.camber - s.gamma) < 0.035, still = Math.abs(p.slip) < 0.005;
+    if (view === "longitudinal" && leans && Math.abs(p.angle) < 0.0045 && p.fx != null) return [{ x: 100 * p.slip, y: p.fx }];
+    if (view === "lateral" && leans && still && s.slip === 0 && p.fy != null) return [{ x: DEGREES * p.angle, y: p.fy }];
+    if (view === "leaning" && still && Math.abs(p.angle - s.angle) < 0.0045 && p.fy != null) return [{ x: DEGREES * p.camber, y: p.fy }];
+    return [];
+  });
+};
+
+const holder = at("explorer"), tip = tooltip(holder);
+const extentOf = () => {
+  const all = shown.flatMap(o => o.curves.flatMap(c => c.points));
+  const range = (pick, share) => {
+    const values = all.flatMap(pick).filter(v => v != null);
+    const low = Math.min(...values), high = Math.max(...values), pad = share * (high - low || 1);
+    return [low - pad, high + pad];
+  };
+  if (!all.length) return { x: [-1, 1], y: [-1, 1] };
+  return { x: range(p => [p.x], controls.show.value === "combined" ? 0.05 : 0), y: range(p => [p.y, p.low, p.high], 0.05) };
+};
+const hover = () => {
+  const view = VIEWS[controls.show.value], { left, top } = u.cursor;
+  if (left == null || left < 0) return tip.hide();
+  const xr = u.scales.x.max - u.scales.x.min, yr = u.scales.y.max - u.scales.y.min, rows = [];
+  if (view.value) {
+    const x = u.posToVal(left, "x"), s = setting();
+    rows.push([view.x.label, withUnit(x, xr, view.x)]);
+    for (const { tyre } of shown) {
+      const y = view.value(tyre, x, s), b = view.band(tyre, x, s);
+      rows.push([tyre.name, withUnit(y, yr, view.y)]);
+      rows.push(b ? ["  95 % interval", `${figure(y - b[0], yr)} to ${withUnit(y + b[1], yr, view.y)}`] : ["  no interval here", view.ridden(tyre, x, s) ? "" : "not ridden"]);
+    }
+  } else {
+    const x = u.posToVal(left, "x"), y = u.posToVal(top, "y");
+    let best = null;
+    for (const o of shown) for (const c of o.curves) for (const p of c.points) {
+      const d = Math.hypot((p.x - x) / xr, (p.y - y) / yr);
+      if (!best || d < best.d) best = { d, p, c, o };
+    }
+    if (!best || best.d > 0.1) return tip.hide();
+    rows.push([best.o.tyre.name, best.c.name], ["Fx", withUnit(best.p.x, xr, view.x)], ["Fy", withUnit(best.p.y, yr, view.y)]);
+    if (best.p.slip != null) rows.push(["slip ratio", `${figure(100 * best.p.slip, 10)} %`]);
+  }
+  tip.show(u, left, rows);
+};
+const build = () => {
+  if (u) u.destroy();
+  const view = VIEWS[controls.show.value], width = printing ? 640 : holder.clientWidth, height = Math.round(Math.max(260, Math.min(460, width * 0.55)));
+  const extent = extentOf();
+  home = view.equal ? levelled(extent, width, height) : extent;
+  u = new uPlot({
+    width, height, series: [{}, { show: false }],
+    scales: { x: { time: false, auto: false, range: (v, min, max) => min == null ? home.x : [min, max] }, y: { auto: false, range: (v, min, max) => min == null ? home.y : [min, max] } },
+    axes: axes(view, false), legend: { show: false },
+    cursor: { y: false, points: { show: false }, drag: { x: true, y: true, uni: 24 }, bind: { dblclick: () => () => { reset(u, home); return null; } } },
+    hooks: { draw: [paint], setCursor: [() => { if (u) hover(); }] },
+  }, [[0, 1], [null, null]], holder);
+  u.over.addEventListener("mouseleave", () => tip.hide());
+  reset(u, home);
+  holder.uplot = u; // for tests and for the curious
+};
+
+// The chosen tyres' numbers at the chosen load, camber and road.
+const span = (y, b, digits) => b ? `${minus((y - b[0]).toFixed(digits))} to ${minus((y + b[1]).toFixed(digits))}` : "\u2013";
+const NUMBERS = [
+  ["Largest braking force, N", "longitudinal", (t, s) => {
+    let slip = 0;
+    for (let i = 1; i <= 400; i++) if (t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0] < t.forces(slip, 0, s.gamma, s.load, s.mu)[0]) slip = -i / 400;
+    const force = -t.forces(slip, 0, s.gamma, s.load, s.mu)[0], b = slipBand(t, slip, s);
+    return [force, b && [b[1], b[0]], 0, ridden(slip, t.ridden.slip) ? "" : "beyond the slips that were braked"];
+  }],
+  ["Slip there, %", "longitudinal", (t, s) => {
+    let slip = 0;
+    for (let i = 1; i <= 400; i++) if (t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0] < t.forces(slip, 0, s.gamma, s.load, s.mu)[0]) slip = -i / 400;
+    return [-100 * slip, null, 1, ""];
+  }],
+  ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
+  ["Camber stiffness, N per degree of camber", "lateral", (t, s) => stiffness(t, s, t.parameters.side_force_ratio, "camber")],
+  ["Side force without slip angle, N", "lateral", (t, s) => {
+    const y = t.forces(0, 0, s.gamma, s.load, s.mu)[1];
+    return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, ridden(s.gamma, both(t.ridden.camber)) ? "" : "beyond the camber that was ridden"];
+  }],
+  ["Radius of the friction circle, N", "longitudinal", (t, s) => [t.circle(s.mu) * s.load, null, 0, ""]],
+];
+const stiffness = (t, s, ratio, band) => {
+  const per = s.load / DEGREES, y = ratio * t.kAlpha(s.gamma) * per, b = t.off(band, Math.abs(s.gamma));
+  const leant = ridden(s.gamma, both(t.ridden.camber));
+  return [y, b && [b.low * per, b.high * per], 1, b ? "" : leant ? "the ride does not determine it" : "beyond the camber that was ridden"];
+};
+const tabulate = s => {
+  const head = at("numbers-head"), body = at("numbers-body");
+  head.replaceChildren(make("th", "", null, "At this load, camber and road"));
+  head.firstChild.scope = "col";
+  for (const { tyre } of shown) for (const text of [tyre.name, "95 % interval"]) make("th", "n", head, text).scope = "col";
+  body.replaceChildren(...NUMBERS.map(([label, half, of]) => {
+    const row = make("tr");
+    make("th", "", row, label).scope = "row";
+    for (const { tyre } of shown) {
+      if (!tyre[half]) {
+        const cell = make("td", "why", row, "not ridden");
+        cell.colSpan = 2;
+        continue;
+      }
+      const [y, b, digits, why] = of(tyre, s);
+      make("td", "n", row, minus(y.toFixed(digits))).dataset.label = tyre.name;
+      make("td", "n", row, b ? span(y, b, digits) : why || "\u2013").dataset.label = "95 % interval";
+    }
+    return row;
+  }));
+};
+
+const UNITS = { load: "N", camber: "\u00b0", mu: "", angle: "\u00b0", slip: "%" };
+const refresh = () => {
+  const s = setting(), view = VIEWS[controls.show.value], missing = [];
+  for (const name of Object.keys(UNITS)) {
+    at(`${name}-now`).textContent = `${minus(controls[name].value)}${UNITS[name] === "N" || UNITS[name] === "%" ? " " : ""}${UNITS[name]}`;
+    at(`${name}-row`).hidden = !view.uses.includes(name);
+  }
+  shown = chosen().flatMap((tyre, i) => tyre ? [{ tyre, colour: () => theme.lines[i === 0 ? 1 : 0] }] : []);
+  shown.forEach((o, i) => {
+    const why = lacks(o.tyre, view);
+    if (why) missing.push(why);
+    o.curves = why ? [] : view.value ? curveOf(o.tyre, view, s) : ellipseOf(o.tyre, s);
+  });
+  at("missing").textContent = missing.join(" ");
+  at("caption").textContent = view.value
+    ? `${view.y.label} over ${view.x.label}. Solid: as ridden; dashed: beyond it. Band: 95 % interval.`
+    : "Slip angles of 0, 1, 2, 4 and 8\u00b0, the slip ratio from locked to spinning. Dotted: friction circle. No interval.";
+  at("legend").replaceChildren(...shown.map(o => {
+    const e = make("span"), mark = make("i", "line", e);
+    mark.style.background = o.colour();
+    e.append(o.tyre.name);
+    return e;
+  }));
+  holder.setAttribute("aria-label", `${view.y.label} over ${view.x.label} of ${shown.map(o => o.tyre.name).join(" and ") || "no tyre"}`);
+  build();
+  tabulate(s);
+  // the address is a link to what is shown
+  const id = c => c.value === "" ? "" : data.tyres[+c.value].id;
+  const link = new URLSearchParams({ a: id(controls.a), b: id(controls.b), ...Object.fromEntries(["show", ...Object.keys(UNITS)].map(n => [n, controls[n].value])) });
+  history.replaceState(null, "", `#${link}`);
+};
+const fromAddress = () => {
+  const asked = new URLSearchParams(location.hash.slice(1));
+  for (const side of ["a", "b"]) {
+    const place = data.tyres.findIndex(t => t.id === asked.get(side));
+    if (place >= 0) controls[side].value = String(place);
+    else if (asked.has(side) && asked.get(side) !== "") at("missing").textContent = "The tyre of this link is not among those of this page.";
+    else if (asked.has(side)) controls[side].value = side === "a" ? "0" : "";
+  }
+  for (const name of ["show", ...Object.keys(UNITS)]) {
+    const before = controls[name].value;
+    if (asked.has(name)) controls[name].value = asked.get(name);
+    if (controls[name].value === "") controls[name].value = before;
+  }
+  // both tyres of the first ride, where the link says nothing
+  if (!asked.has("a") && data.tyres.length > 1 && data.tyres[1].parameters.session_id === data.tyres[0].parameters.session_id) controls.b.value = "1";
+  if (!asked.has("load") && data.tyres.length) controls.load.value = String(10 * Math.round(chosen()[0].parameters.load_at_rest / 10));
+};
+
+const csv = () => {
+  const view = VIEWS[controls.show.value];
+  const given = [controls.load, controls.camber, controls.mu, controls.slip, controls.angle].map(c => c.value);
+  return rowsOf([
+    ["tyre", "curve", headed(view.x), headed(view.y), "ci95_low", "ci95_high", "ridden", "load (N)", "camber (deg)", "road friction", "slip ratio (%)", "slip angle (deg)"],
+    ...shown.flatMap(o => o.curves.flatMap(c => c.points.map(p =>
+      [o.tyre.name, c.name.replace("\u00b0", " deg"), p.x, p.y, p.low, p.high, p.ridden, ...given]))),
+  ]);
+};
+at("csv").addEventListener("click", () => save(new Blob([csv()], { type: "text/csv" }), `tyre_${controls.show.value}.csv`));
+at("png").addEventListener("click", () =>
+  pictureOf(u, shown.map(o => o.tyre.name).join(" and ")).toBlob(blob => save(blob, `tyre_${controls.show.value}.png`)));
+store.csv = csv; // for tests and for the curious
+
+readTheme();
+data.tyres.forEach((t, i) => {
+  for (const c of [controls.a, controls.b]) {
+    let group = [...c.querySelectorAll("optgroup")].find(g => g.label === t.bike);
+    if (!group) { group = make("optgroup", "", c); group.label = t.bike; }
+    make("option", "", group, t.name).value = String(i);
+  }
+});
+if (wrong) at("missing").textContent = "This browser computes the tyre otherwise than roadbench did: do not use these curves.";
+else if (data.tyres.length) {
+  fromAddress();
+  for (const c of Object.values(controls)) c.addEventListener("input", refresh);
+  addEventListener("hashchange", () => { fromAddress(); refresh(); });
+  keys(holder, () => u, () => { tip.hide(); reset(u, home); }, () => {});
+  follow(holder, () => u);
+  refresh();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readTheme(); refresh(); });
+}

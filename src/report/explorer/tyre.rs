@@ -1,0 +1,169 @@
+//! One tyre of the explorer: what its page needs of it.
+
+use serde::Serialize;
+
+use crate::contract::bike::Axle;
+use crate::contract::coefficient::Coefficient as C;
+use crate::report::charts::pack;
+use crate::report::export::parameters;
+use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, K_GAMMA, STIFFNESS};
+use crate::report::plots::plot::{FIT, Plot, Series};
+use crate::statistics::number_format;
+use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
+use crate::tyre::paper::Input;
+use crate::tyre::tyre_model::TyreModel;
+
+/// Every so-many-th point of a curve's band is kept.
+const STEP: usize = 4;
+/// Where the page's model is held against the program's: slip ratio, slip angle, camber, share of the load at rest, road.
+const CHECKS: [[f64; 5]; 6] = [
+    [-0.03, 0.0, 0.0, 1.0, 1.0],
+    [-0.6, 0.03, -0.4, 1.4, 0.6],
+    [0.05, -0.01, 0.3, 0.7, 1.2],
+    [0.0, 0.02, -0.7, 1.0, 1.0],
+    [0.0, 0.2, 0.0, 2.0, 0.8],
+    [-1.0, -0.1, 0.2, 1.1, 1.0],
+];
+
+/// A curve with its band, SI units.
+#[derive(Debug, Default, Serialize)]
+struct Band {
+    #[serde(serialize_with = "pack::plain")]
+    x: Vec<f64>,
+    #[serde(serialize_with = "pack::plain")]
+    y: Vec<f64>,
+    #[serde(serialize_with = "pack::gaps")]
+    low: Vec<Option<f64>>,
+    #[serde(serialize_with = "pack::gaps")]
+    high: Vec<Option<f64>>,
+}
+
+impl Band {
+    fn of(points: &[PlotPoint], plot: &Plot, series: &Series) -> Self {
+        let own: Vec<&PlotPoint> = points
+            .iter()
+            .filter(|p| p.plot == plot.name && p.series == series.name && p.y.is_some())
+            .collect();
+        let mut band = Band::default();
+        let last = own.len().saturating_sub(1);
+        for (_, p) in own.iter().enumerate().filter(|(i, _)| i % STEP == 0 || *i == last) {
+            band.x.push(short(p.x));
+            band.y.push(short(p.y.unwrap_or_default()));
+            band.low.push(p.y_low.map(short));
+            band.high.push(p.y_high.map(short));
+        }
+        band
+    }
+}
+
+/// A number without the digits that no chart shows.
+fn short(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x)
+}
+
+/// The curves whose bands the explorer has, by what they bound.
+#[derive(Debug, Serialize)]
+struct Bands {
+    /// Longitudinal friction over slip ratio.
+    friction: Band,
+    /// Lateral friction of steady corners over camber.
+    side: Band,
+    /// Cornering stiffness per load over camber.
+    stiffness: Band,
+    /// Camber stiffness per load over camber.
+    camber: Band,
+}
+
+/// What was ridden.
+#[derive(Debug, Serialize)]
+struct Ridden {
+    slip: Option<[f64; 2]>,
+    angle: Option<f64>,
+    camber: Option<f64>,
+    load: [f64; 2],
+}
+
+/// A tyre of the page.
+#[derive(Debug, Serialize)]
+pub(crate) struct Tyre<'a> {
+    /// What a link calls it.
+    id: String,
+    /// What the reader calls it.
+    name: String,
+    bike: &'a str,
+    tyre: &'a str,
+    longitudinal: bool,
+    lateral: bool,
+    parameters: &'a TyreParameters,
+    ridden: Ridden,
+    bands: Bands,
+    /// Overturning stiffness less its interval's lower end, and the upper end less it; null where it is not determined.
+    crown: Option<[f64; 2]>,
+    /// Inputs and what the program's model answers.
+    check: Vec<([f64; 5], [f64; 4])>,
+}
+
+impl<'a> Tyre<'a> {
+    /// From the tyre's row, its session's coefficients and points of plots.
+    pub(crate) fn new(
+        row: &'a TyreParameters,
+        coefficients: &[Coefficient],
+        points: &[PlotPoint],
+    ) -> Self {
+        let k = usize::from(row.tyre == Axle::Rear.name());
+        let ident = &row.ident;
+        let date = ident.start_time.as_deref().map(number_format::timestamp);
+        let date: String = date.unwrap_or_default().chars().take(10).collect();
+        let details: Vec<&str> = [Some(date.as_str()), row.tyre_model.as_deref()]
+            .into_iter()
+            .flatten()
+            .filter(|text| !text.is_empty())
+            .collect();
+        let details = match details.is_empty() {
+            true => String::new(),
+            false => format!(" ({})", details.join(", ")),
+        };
+        let crown = coefficients.iter().find(|c| {
+            c.tyre == row.tyre
+                && c.coefficient == C::OverturningStiffness.name()
+                && c.status == Status::Ok
+        });
+        Tyre {
+            id: format!("{}/{}/{}", ident.bike_id, ident.session_id, row.tyre),
+            name: format!("{} {}{details}", ident.session_id, row.tyre),
+            bike: &ident.bike_id,
+            tyre: &row.tyre,
+            longitudinal: row.longitudinal,
+            lateral: row.lateral,
+            parameters: row,
+            ridden: Ridden {
+                slip: row.ridden_slip_low.zip(row.ridden_slip_high).map(|(low, high)| [low, high]),
+                angle: row.ridden_slip_angle,
+                camber: row.ridden_camber,
+                load: [row.ridden_load_low, row.ridden_load_high],
+            },
+            bands: Bands {
+                friction: Band::of(points, &FRICTION_X[k], &FIT),
+                side: Band::of(points, &FRICTION_Y[k], &FIT),
+                stiffness: Band::of(points, &STIFFNESS[k], &K_ALPHA),
+                camber: Band::of(points, &STIFFNESS[k], &K_GAMMA),
+            },
+            crown: crown.and_then(|c| {
+                let value = c.value?;
+                Some([value - c.ci95_low?, c.ci95_high? - value])
+            }),
+            check: checks(row),
+        }
+    }
+}
+
+fn checks(row: &TyreParameters) -> Vec<([f64; 5], [f64; 4])> {
+    let tyre = parameters::tyre(row);
+    let of = |[slip_ratio, slip_angle, camber, share, friction]: [f64; 5]| {
+        let load = share * row.load_at_rest;
+        let out = tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction });
+        let output = [out.force_x, out.force_y, out.moment_x, out.moment_z];
+        ([slip_ratio, slip_angle, camber, load, friction], output)
+    };
+    CHECKS.into_iter().map(of).collect()
+}
