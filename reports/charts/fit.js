@@ -124,7 +124,7 @@ const fit = (holder, chart) => {
   group.now.push(() => u);
   group.builds.push(build);
   const figure = holder.closest("figure"), title = figure.querySelector("figcaption strong")?.textContent || named(chart.y);
-  tools(figure, chart.name || "chart", title, () => csvOf(chart), () => u);
+  saves(figure, chart.name || "chart", title, () => csvOf(chart), () => u);
   legend(holder, entries, hidden, () => group.builds.forEach(f => f()));
   const tint = range ? rampEntry(holder, chart, range) : () => {};
   tint();

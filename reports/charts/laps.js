@@ -171,7 +171,7 @@ const lapCharts = () => {
     ["lap", "lap time", "distance (m)", "x (m)", "y (m)", "behind (s)", "speed (km/h)", "roll (deg)", "ax (g)", "ay (g)", "friction used (g)"],
     ...track.laps.flatMap(l => track.s.map((s, k) => [l.lap, l.time, s, track.x[k], track.y[k], l.d[k], l.v[k], l.roll[k], l.ax[k], l.ay[k], l.used[k]])),
   ]);
-  tools(at("behind").closest("figure"), "laps", "all laps", csv, null);
+  saves(at("behind").closest("figure"), "laps", "all laps", csv, null);
   let width = at("map").clientWidth;
   new ResizeObserver(() => {
     if (!printing && at("map").clientWidth !== width) { width = at("map").clientWidth; draw(); }

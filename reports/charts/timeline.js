@@ -130,7 +130,7 @@ const panel = (holder, chart, index) => {
   build();
   panels.push(() => u);
   if (last && panels.length) recall(panels[0](), "time");
-  tools(holder.closest("figure"), chart.name || "time", named(chart.y), () => csvOf(chart), () => u);
+  saves(holder.closest("figure"), chart.name || "time", named(chart.y), () => csvOf(chart), () => u);
   const entries = lineEntries(chart, () => theme.traces);
   legend(holder, entries, hidden, build);
   keys(holder, () => { u.hovered = true; return u; }, home, choose);

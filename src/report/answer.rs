@@ -28,15 +28,9 @@ const WARNINGS: usize = 3;
 /// A sentence for each tyre of one session, and what to ride for what is missing.
 pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
     let mut out = Vec::new();
-    // what is missing, by what to ride for it
-    let mut missing: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     for part in [Part::Front, Part::Rear] {
-        let own = |c: C| rows.iter().find(|r| r.tyre == part.name() && r.coefficient == c.name());
-        let peak = own(C::MfD).is_some_and(|r| r.status == Status::Ok);
-        let instead = (!peak).then_some(INSTEAD);
         let mut known = Vec::new();
-        for (coefficient, words) in ASKED.into_iter().chain(instead) {
-            let Some(row) = own(coefficient) else { continue };
+        for (row, words) in asked(rows, part) {
             let text = CoefficientText::of(row);
             let unit = labels::unit(&row.unit);
             let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
@@ -45,11 +39,7 @@ pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
                     known.push(format!("{words} {}{unit} ({})", text.value, text.interval(" to ")));
                 }
                 Status::LowerBound => known.push(format!("{words} {}{unit}", text.interval(""))),
-                _ => {
-                    if let Some(advice) = &row.advice {
-                        missing.entry(advice).or_default().insert(words.to_owned());
-                    }
-                }
+                _ => {}
             }
         }
         if rows.iter().any(|r| r.tyre == part.name()) {
@@ -57,13 +47,70 @@ pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
             out.push(format!("{}: {known}.", labels::tyre(part.name())));
         }
     }
-    let mut advice: Vec<(&str, BTreeSet<String>)> = missing.into_iter().collect();
-    advice.sort_by_key(|(_, words)| std::cmp::Reverse(words.len()));
-    for (ride, words) in advice.into_iter().take(ADVICE) {
-        let words: Vec<String> = words.into_iter().collect();
-        out.push(format!("For {}: {ride}.", words.join(" and ")));
-    }
+    out.extend(advice(rows));
     out
+}
+
+/// What is asked of a tyre, as far as there are rows of it.
+fn asked(rows: &[Coefficient], part: Part) -> Vec<(&Coefficient, &'static str)> {
+    let own = |c: C| rows.iter().find(|r| r.tyre == part.name() && r.coefficient == c.name());
+    let peak = own(C::MfD).is_some_and(|r| r.status == Status::Ok);
+    let instead = (!peak).then_some(INSTEAD);
+    let all = ASKED.into_iter().chain(instead);
+    all.filter_map(|(coefficient, words)| Some((own(coefficient)?, words))).collect()
+}
+
+/// What to ride for what a session lacks, in sentences.
+pub(crate) fn advice(rows: &[Coefficient]) -> Vec<String> {
+    let mut missing: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (row, words) in [Part::Front, Part::Rear].into_iter().flat_map(|part| asked(rows, part)) {
+        if let Some(advice) = &row.advice
+            && !matches!(row.status, Status::Ok | Status::LowerBound)
+        {
+            missing.entry(advice).or_default().insert(words);
+        }
+    }
+    let mut missing: Vec<(&str, BTreeSet<&str>)> = missing.into_iter().collect();
+    missing.sort_by_key(|(_, words)| std::cmp::Reverse(words.len()));
+    let sentence = |(ride, words): (&str, BTreeSet<&str>)| {
+        let words: Vec<&str> = words.into_iter().collect();
+        format!("For {}: {ride}.", words.join(" and "))
+    };
+    missing.into_iter().take(ADVICE).map(sentence).collect()
+}
+
+/// Which of the numbers that people ask of a tyre a session determines, in a sentence.
+pub(crate) fn determined(rows: &[Coefficient]) -> String {
+    let [front, rear] = [Part::Front, Part::Rear].map(|part| asked(rows, part));
+    let is_known = |tyre: &[(&Coefficient, &str)], words: &str| {
+        let own = tyre.iter().find(|(_, w)| *w == words);
+        own.is_some_and(|(row, _)| matches!(row.status, Status::Ok | Status::LowerBound))
+    };
+    let mut groups: [(&str, Vec<&str>); 4] = [
+        ("of both tyres", Vec::new()),
+        ("of the front tyre alone", Vec::new()),
+        ("of the rear tyre alone", Vec::new()),
+        ("of neither", Vec::new()),
+    ];
+    for (_, words) in ASKED.into_iter().chain([INSTEAD]) {
+        if !front.iter().chain(&rear).any(|(_, w)| *w == words) {
+            continue;
+        }
+        let place = match (is_known(&front, words), is_known(&rear, words)) {
+            (true, true) => 0,
+            (true, false) => 1,
+            (false, true) => 2,
+            (false, false) => 3,
+        };
+        groups[place].1.push(words);
+    }
+    if groups[..3].iter().all(|(_, words)| words.is_empty()) {
+        return "Nothing that is asked of a tyre first is determined.".to_owned();
+    }
+    let parts = groups.iter().filter(|(_, words)| !words.is_empty());
+    let parts: Vec<String> =
+        parts.map(|(whose, words)| format!("{whose} {}", words.join(", "))).collect();
+    format!("Determined {}.", parts.join("; "))
 }
 
 /// How many tyres of all sessions have each of the numbers, in a sentence, and what would tell more.
@@ -168,6 +215,11 @@ mod tests {
                 "For camber stiffness and cornering stiffness: ride corners.",
             ]
         );
+        assert_eq!(
+            determined(&rows),
+            "Determined of both tyres peak friction; of neither cornering stiffness, camber stiffness."
+        );
+        assert!(determined(&rows[2..]).starts_with("Nothing"));
         let batch = of_batch(&[], &rows);
         assert!(batch[0].contains("peak friction 1 of 2, cornering stiffness 0 of 1"), "{batch:?}");
     }

@@ -7,6 +7,7 @@ use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::lock::Lock;
 use crate::report::run::write as run;
+use crate::report::session::neighbours::{Neighbours, neighbours};
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::written::Written;
@@ -62,6 +63,11 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         assets::write(&folder)?;
     }
     diagnosed.write(&environment, &folder, source)?;
+    // pages on demand lead nowhere: each would be written again with the next
+    let beside = match on_demand {
+        true => vec![Neighbours::default(); tables.sessions.len()],
+        false => neighbours(&tables.sessions, &pages),
+    };
     // read before any page is replaced
     let whole = Written::whole(&folder);
     let writer = Writer {
@@ -74,6 +80,7 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         folder: &folder,
         source,
         kept: (on_demand || !all).then_some(kind),
+        neighbours: &beside,
         whole: &whole,
     };
     let shared = writer.write(&pages)?;

@@ -8,6 +8,7 @@ use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::diagnosis::tables::causes;
 use crate::report::error::Error;
 use crate::report::lock::Lock;
+use crate::report::session::neighbours::{Neighbours, neighbours};
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::written::Written;
@@ -40,6 +41,16 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
     let diagnosed = Diagnosed::read(out, &[], &[], &names)?;
     let environment = page_shell::environment()?;
     let folder = out.join("report");
+    let beside = match kind.on_demand(keys.len()) {
+        true => Neighbours::default(),
+        false => {
+            let there = page_shell::written(&folder);
+            let page =
+                |name: &String| if there.contains(name) { name.clone() } else { String::new() };
+            let pages: Vec<String> = names.iter().map(page).collect();
+            neighbours(&tables::sessions(out)?, &pages).swap_remove(place)
+        }
+    };
     let whole = Written::whole(&folder);
     let writer = Writer {
         tables: &tables,
@@ -51,6 +62,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
         folder: &folder,
         source: kind.source(keys.len()),
         kept: Some(kind),
+        neighbours: std::slice::from_ref(&beside),
         whole: &whole,
     };
     let name = &names[place];

@@ -65,11 +65,11 @@ pub(super) fn context(source: Source) -> Value {
     }
 }
 
-/// What a session's page is made of: its tables' own provenance, its diagnosis, the bench values, the pages that it leads
+/// What a session's page is made of: its tables' own provenance, its diagnosis (page and causes), the bench values, the pages that it leads
 /// to, the templates. As the start of an HTML comment.
 pub(super) fn fingerprint(
     session: &SessionRow,
-    diagnosis: Option<&str>,
+    diagnosis: [&str; 2],
     bench: &str,
     links: [&str; 2],
 ) -> String {
@@ -79,8 +79,7 @@ pub(super) fn fingerprint(
         hasher.update(part.as_bytes()).update(b"\n");
     }
     hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
-    hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
-    for link in links {
+    for link in diagnosis.into_iter().chain(links) {
         hasher.update(link.as_bytes()).update(b"\n");
     }
     let own = [STYLE.as_str(), SCRIPT.as_str(), UPLOT_SCRIPT, UPLOT_STYLE];

@@ -173,7 +173,7 @@ def test_a_zoom_a_manoeuvre_and_the_data_of_a_chart(report, browser):
     points, text = browser.js(
         "const h = arguments[0], c = " + FIGURES + ".charts[+h.dataset.chart];"
         "return [c.clouds.reduce((n, p) => n + p.x.length, 0) + c.lines.reduce((n, l) => n + l.x.length, 0),"
-        " h.closest('figure').querySelector('.tools').csv()]",
+        " h.closest('figure').querySelector('.saves').csv()]",
         holder,
     )
     rows = list(csv.DictReader(io.StringIO(text)))

@@ -16,14 +16,31 @@ const LISTED: usize = 5;
 
 /// Lines of at most `width` characters: `sessions` are the rows of each ride, `pooled` those that several share.
 pub(crate) fn of_sessions(sessions: &[Vec<CauseRow>], pooled: &[CauseRow], width: usize) -> String {
+    let mut out = String::new();
+    sentences(&mut out, &said(sessions, pooled), width);
+    out
+}
+
+/// The same in sentences, names of effects between backticks.
+pub(super) fn said(sessions: &[Vec<CauseRow>], pooled: &[CauseRow]) -> Vec<String> {
     // a run that only finished what an earlier one computed has none of its own
     let mut all: Vec<String> =
         (!sessions.is_empty()).then(|| counts(sessions)).into_iter().collect();
     all.extend(pooled.iter().filter_map(shared));
     all.extend(single(sessions, pooled));
-    let mut out = String::new();
-    sentences(&mut out, &all, width);
-    out
+    all
+}
+
+/// What was found in one ride, a clause each with its size and interval.
+pub(super) fn of_session(causes: &[CauseRow]) -> Vec<String> {
+    let clause = |row: &CauseRow| {
+        let what = cause_labels::effect(&row.effect, row.value);
+        match sized(row) {
+            Some((value, interval)) => format!("{what}: {value} ({interval})"),
+            None => what,
+        }
+    };
+    causes.iter().filter(|c| is_found(c)).map(clause).collect()
 }
 
 /// How many rides ended how.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
-use crate::report::labels;
+use crate::report::{labels, readable};
 use crate::simulate::effects::Effect;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::CauseRow;
@@ -92,26 +92,19 @@ pub(crate) fn level(name: &str) -> String {
     }
 }
 
-/// Value with its unit, and the 95 % interval, with as many digits as its width leaves meaning; empty
-/// where there is none. Angles are also given in degrees.
+/// Value and 95 % interval in a person's unit, with as many digits as the interval's width leaves meaning; empty where there
+/// is none.
 pub(crate) fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
-    let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);
-    let digits = number_format::decimals_of(value, u);
-    let unit = labels::unit(&row.unit);
-    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
-    let mut text = format!("{}{gap}{unit}", fixed(value, digits));
-    if row.unit == "rad" {
-        let scale = 180.0 / PI;
-        let digits = number_format::decimals_of(value * scale, u.map(|u| u * scale));
-        text.push_str(&format!(" ({}°)", fixed(value * scale, digits)));
-    }
-    let interval = row
-        .ci95_low
-        .zip(row.ci95_high)
-        .map(|(l, h)| format!("{} to {}", fixed(l, digits), fixed(h, digits)))
-        .unwrap_or_default();
-    (typeset(&text), typeset(&interval))
+    let (unit, factor) = readable::unit(&row.unit);
+    let [low, high] = [row.ci95_low, row.ci95_high].map(|end| end.map(|x| x * factor));
+    let digits =
+        number_format::decimals_of(value * factor, number_format::uncertainty(None, low, high));
+    let with_unit = |text: String| typeset(&format!("{text}{unit}").replace(' ', "\u{a0}"));
+    let interval = low.zip(high).map(|(low, high)| {
+        format!("{} to {}", typeset(&fixed(low, digits)), with_unit(fixed(high, digits)))
+    });
+    (with_unit(fixed(value * factor, digits)), interval.unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -128,8 +121,10 @@ mod tests {
             ..CauseRow::default()
         };
         let (value, interval) = size(&row);
-        assert_eq!(value, "−0.0123\u{a0}rad (−0.71°)");
-        assert_eq!(interval, "−0.0163 to −0.0083");
+        assert_eq!(value, "−0.71°");
+        assert_eq!(interval, "−0.93 to −0.48°");
+        let row = CauseRow { unit: "s".into(), ..row };
+        assert_eq!(size(&row), ("−12.3\u{a0}ms".to_owned(), "−16.3 to −8.3\u{a0}ms".to_owned()));
         assert_eq!(size(&CauseRow::default()), (String::new(), String::new()));
     }
 

@@ -11,11 +11,14 @@ use rayon::prelude::*;
 use crate::report::assets::Source;
 use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
-use crate::report::diagnosis::{changes, extended_model, misfits, outcome, overlays, page, tables};
+use crate::report::diagnosis::{
+    answer, changes, extended_model, misfits, outcome, overlays, page, tables,
+};
 use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
 use crate::report::{page_names, page_shell};
+use crate::statistics::number_format::typeset;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::file;
 use crate::store::tables::names::file_name;
@@ -29,6 +32,8 @@ pub(crate) struct Diagnosed {
     out: PathBuf,
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
+    /// Of what several sessions share.
+    shared: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
     simulation_errors: Vec<SimulationError>,
     replays: SessionFiles<SimulatedSample>,
@@ -56,7 +61,7 @@ impl Diagnosed {
         pages: &[String],
         taken: &[String],
     ) -> Result<Self, Error> {
-        let causes = tables::causes(out)?;
+        let (causes, shared) = tables::causes_and_shared(out)?;
         let discrepancies = tables::discrepancies(out)?;
         let simulation_errors = tables::simulation_errors(out)?;
         let mut idents: BTreeMap<(&str, &str), &Ident> = BTreeMap::new();
@@ -77,7 +82,16 @@ impl Diagnosed {
             .collect();
         let (replays, changes) = (SessionFiles::read(out)?, changes::read(out)?);
         let out = out.to_owned();
-        Ok(Diagnosed { out, sessions, causes, discrepancies, simulation_errors, replays, changes })
+        Ok(Diagnosed {
+            out,
+            sessions,
+            causes,
+            shared,
+            discrepancies,
+            simulation_errors,
+            replays,
+            changes,
+        })
     }
 
     /// The pages' file names.
@@ -94,6 +108,19 @@ impl Diagnosed {
     /// What differs between the rides of each motorcycle.
     pub(crate) fn motorcycles(&self) -> Vec<changes::Motorcycle> {
         changes::motorcycles(&self.changes, |ident| self.page_of(ident))
+    }
+
+    /// What the diagnoses say together, in sentences: shared causes first. Empty where nothing was diagnosed.
+    pub(crate) fn answer(&self) -> Vec<String> {
+        let sessions: Vec<Vec<CauseRow>> =
+            self.sessions.iter().map(|s| self.rows(&s.ident).0.to_vec()).collect();
+        let said = answer::said(&sessions, &self.shared);
+        said.iter().map(|sentence| typeset(&sentence.replace('`', ""))).collect()
+    }
+
+    /// What was found in a session, in clauses.
+    pub(crate) fn causes_of(&self, ident: &Ident) -> Vec<String> {
+        answer::of_session(self.rows(ident).0).iter().map(|clause| typeset(clause)).collect()
     }
 
     /// Lines of the run's page.

@@ -14,11 +14,20 @@ use crate::store::tables::rows::{
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub(crate) fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
-    let mut rows: Vec<CauseRow> = read::rows(out)?;
-    // what several sessions share has no page
-    rows.retain(|r| r.ident.session_id != POOLED);
+    Ok(causes_and_shared(out)?.0)
+}
+
+/// The same, and the rows of what several sessions share, by rank: these have no page.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub(super) fn causes_and_shared(out: &Path) -> Result<(Vec<CauseRow>, Vec<CauseRow>), Error> {
+    let rows: Vec<CauseRow> = read::rows(out)?;
+    let (mut shared, mut rows): (Vec<CauseRow>, Vec<CauseRow>) =
+        rows.into_iter().partition(|r| r.ident.session_id == POOLED);
+    shared.sort_by_key(|r| r.rank);
     rows.sort_by(|a, b| (a.ident.key(), a.rank).cmp(&(b.ident.key(), b.rank)));
-    Ok(rows)
+    Ok((rows, shared))
 }
 
 /// Every `discrepancies` row, by bike and session, then as the diagnosis wrote them.

@@ -125,6 +125,7 @@ impl Writer<'_> {
             bikes => Serde(inline),
             listed => Serde(listed),
             changed => Serde(self.diagnosed.motorcycles()),
+            found => self.diagnosed.answer(),
             diagnoses => Serde(list(lists::diagnoses(&page.diagnoses))?),
             sessions => Serde(list(lists::sessions(&page.sessions))?),
             rejected => Serde(list(lists::rejected(&page.rejected))?),

@@ -3,24 +3,17 @@
 
 use serde::Serialize;
 
-use crate::contract::coefficient::{Coefficient as Name, Id, Part};
 use crate::report::charts::figures::Figures;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::report::plots::plot::Plot;
 use crate::report::session::bench_values::BenchValues;
+use crate::report::session::cards::{self, Card};
 use crate::report::session::laps::Laps;
-use crate::report::{inline_svg, kinds, labels};
+use crate::report::{answer, inline_svg, kinds, labels};
 use crate::segment::manoeuvre::Peak;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
-
-/// What the first screen tells of both tyres, in words.
-const TOLD: [(Name, &str); 3] = [
-    (Name::MfD, "peak friction"),
-    (Name::CorneringStiffness0, "cornering stiffness"),
-    (Name::CamberStiffness0, "camber stiffness"),
-];
 
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]
@@ -29,12 +22,16 @@ pub(crate) struct Page {
     pub session_id: String,
     /// Id of the bike, as in the tables.
     pub bike_id: String,
-    /// The line that sums it up.
+    /// Which numbers of the tyres it determines, in a sentence.
+    pub answer: String,
+    /// What to ride for those that are missing, in sentences.
+    pub advice: Vec<String>,
+    /// How many coefficients have which status.
     pub verdict: String,
     /// The second line: manoeuvres and warnings.
     pub ridden: String,
-    /// The coefficients that the first screen tells.
-    pub result: Vec<Headline>,
+    /// What people ask of each tyre.
+    pub cards: Vec<Card>,
     /// How many are neither determined nor assumed.
     pub lacking: usize,
     /// Label and value of what is known of the session.
@@ -57,16 +54,6 @@ pub(crate) struct Page {
     pub laps: Option<Laps>,
     /// Hashes and version.
     pub provenance: Vec<(String, String)>,
-}
-
-/// A coefficient on the first screen.
-#[derive(Debug, Serialize)]
-#[allow(missing_docs)] // as in `Row`
-pub(crate) struct Headline {
-    pub what: String,
-    pub value: String,
-    pub unit: String,
-    pub interval: String,
 }
 
 /// One tyre's coefficients.
@@ -168,6 +155,8 @@ pub(crate) fn build(
     Page {
         session_id: session.ident.session_id.clone(),
         bike_id: session.ident.bike_id.clone(),
+        answer: answer::determined(coefficients),
+        advice: answer::advice(coefficients),
         verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),
         ridden: format!(
             "{used} of {} manoeuvres used; {}.",
@@ -178,7 +167,7 @@ pub(crate) fn build(
                 n => format!("{n} warnings"),
             }
         ),
-        result: result(coefficients),
+        cards: cards::cards(session, coefficients),
         lacking: coefficients
             .iter()
             .filter(|c| !matches!(c.status, Status::Ok | Status::Assumed))
@@ -230,27 +219,6 @@ pub(crate) fn absent_charts(figures: &Figures) -> Vec<&'static str> {
 }
 
 /// The main coefficients that were determined.
-fn result(coefficients: &[Coefficient]) -> Vec<Headline> {
-    let tyres = |(coefficient, words)| {
-        [Part::Front, Part::Rear].map(|part| (Id { part, coefficient }, words))
-    };
-    let rows = TOLD.into_iter().flat_map(tyres).filter_map(|(id, words)| {
-        let is = |c: &&Coefficient| Id::from_names(&c.tyre, &c.coefficient) == Some(id);
-        Some((coefficients.iter().find(is)?, words))
-    });
-    rows.filter(|(c, _)| c.status == Status::Ok)
-        .map(|(c, words)| {
-            let row = row(c);
-            Headline {
-                what: format!("{} {words}", c.tyre),
-                value: row.value,
-                unit: row.unit,
-                interval: row.interval,
-            }
-        })
-        .collect()
-}
-
 fn facts(session: &SessionRow) -> Vec<(String, String)> {
     let mut out = vec![("bike".to_owned(), session.ident.bike_id.clone())];
     let mut put = |label: &str, value: Option<String>| {

@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::report::assets::{Pages, Source};
 use crate::report::charts::pack;
@@ -16,6 +15,7 @@ use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::page_shell;
 use crate::report::session::bench_values::BenchValues;
+use crate::report::session::neighbours::Neighbours;
 use crate::report::session::{forces, laps, page};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::store::tables::file;
@@ -35,15 +35,10 @@ pub(crate) struct Writer<'a> {
     pub(crate) source: Source,
     /// Of which kind an existing page may be that is up to date and so stays; none is to stay.
     pub(crate) kept: Option<Pages>,
+    /// What each session's page leads to.
+    pub(crate) neighbours: &'a [Neighbours],
     /// Names of the existing pages that are as they were written.
     pub(crate) whole: &'a BTreeSet<String>,
-}
-
-/// The page of another ride of the same motorcycle.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Neighbour<'a> {
-    page: &'a str,
-    id: &'a str,
 }
 
 impl Writer<'_> {
@@ -51,9 +46,8 @@ impl Writer<'_> {
     /// any page, written or kept, uses the shared script and style.
     pub(crate) fn write(&self, names: &[String]) -> Result<bool, Error> {
         let shared = AtomicBool::new(self.source == Source::Folder);
-        let neighbours = self.neighbours(names);
         // pages are independent of each other: their order of writing shows nowhere
-        let sessions = self.tables.sessions.par_iter().zip(names).zip(&neighbours);
+        let sessions = self.tables.sessions.par_iter().zip(names).zip(self.neighbours);
         sessions.filter(|((_, name), _)| !name.is_empty()).try_for_each(
             |((session, name), n)| {
                 if self.one(session, name, n)? == Source::Folder {
@@ -65,36 +59,23 @@ impl Writer<'_> {
         Ok(shared.into_inner())
     }
 
-    /// The motorcycle's ride before each session and the one after it, as far as they have pages.
-    fn neighbours<'n>(&'n self, names: &'n [String]) -> Vec<[Option<Neighbour<'n>>; 2]> {
-        let sessions = &self.tables.sessions;
-        let mut order: Vec<usize> = (0..sessions.len()).collect();
-        let time = |i: usize| (&sessions[i].ident.bike_id, &sessions[i].ident.start_time, i);
-        order.sort_by(|a, b| time(*a).cmp(&time(*b)));
-        let mut found = vec![[None, None]; sessions.len()];
-        for pair in order.windows(2) {
-            let [a, b] = [pair[0], pair[1]];
-            if sessions[a].ident.bike_id == sessions[b].ident.bike_id {
-                let to =
-                    |i: usize| Neighbour { page: &names[i], id: &sessions[i].ident.session_id };
-                found[a][1] = Some(to(b)).filter(|n| !n.page.is_empty());
-                found[b][0] = Some(to(a)).filter(|n| !n.page.is_empty());
-            }
-        }
-        found
-    }
-
     /// Writes or keeps one page; where it has its script and style from.
     fn one(
         &self,
         session: &SessionRow,
         name: &str,
-        neighbours: &[Option<Neighbour<'_>>; 2],
+        neighbours: &Neighbours,
     ) -> Result<Source, Error> {
         let path = self.folder.join(name);
         let diagnosis = self.diagnosed.page_of(&session.ident);
-        let links = neighbours.map(|n| n.map_or("", |n| n.page));
-        let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text, links);
+        let causes = self.diagnosed.causes_of(&session.ident);
+        let links = neighbours.each_ref().map(|n| n.as_ref().map_or("", |n| &n.page));
+        let fingerprint = page_shell::fingerprint(
+            session,
+            [diagnosis.unwrap_or_default(), &causes.join("\n")],
+            &self.bench.text,
+            links,
+        );
         if let Some(kind) = self.kept
             && self.whole.contains(name)
             && let Some(source) = page_shell::source_if_current(&path, &fingerprint)
@@ -130,8 +111,9 @@ impl Writer<'_> {
             offroad => page::is_offroad(&drawn),
             forces => Serde(forces::table(forces)),
             diagnosis => diagnosis,
+            causes => Serde(&causes),
             explored => Serde(&explored),
-            neighbours => Serde(&neighbours),
+            neighbours => Serde(neighbours),
             data => Value::from_safe_string(pack::pack(&drawn)?),
             ..page_shell::context(self.source)
         })?;

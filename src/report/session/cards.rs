@@ -1,0 +1,85 @@
+//! What people ask of a session's tyres first: a card each.
+
+use serde::Serialize;
+
+use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::report::answer::ASKED;
+use crate::report::coefficient_text::CoefficientText;
+use crate::report::{inline_svg, labels};
+use crate::statistics::number_format::typeset;
+use crate::store::tables::rows::{Coefficient, SessionRow, Status};
+
+/// One tyre.
+#[derive(Debug, Serialize)]
+pub(crate) struct Card {
+    /// Which.
+    pub title: String,
+    /// Its model, where the session says it.
+    pub model: String,
+    /// What is asked of it.
+    pub rows: Vec<Main>,
+}
+
+/// One number of a card.
+#[derive(Debug, Serialize)]
+pub(crate) struct Main {
+    /// In a person's words.
+    pub label: &'static str,
+    /// With its unit; empty where the ride does not determine it.
+    pub value: String,
+    /// 95 %.
+    pub interval: String,
+    /// The same, drawn.
+    pub bar: String,
+    /// What is wrong with it, and what to ride.
+    pub note: String,
+}
+
+/// The cards of the tyres that have one of these numbers.
+pub(super) fn cards(session: &SessionRow, coefficients: &[Coefficient]) -> Vec<Card> {
+    let card = |part: Part| {
+        let own: Vec<&Coefficient> =
+            coefficients.iter().filter(|c| c.tyre == part.name()).collect();
+        let of = |(asked, label): (C, &'static str)| {
+            own.iter().find(|c| c.coefficient == asked.name()).map(|c| main(c, label))
+        };
+        let rows: Vec<Main> = ASKED.into_iter().filter_map(of).collect();
+        let model = match part {
+            Part::Front => &session.tyre_front,
+            _ => &session.tyre_rear,
+        };
+        let title = labels::tyre(part.name()).to_owned();
+        (!rows.is_empty()).then(|| Card { title, model: model.clone().unwrap_or_default(), rows })
+    };
+    [Part::Front, Part::Rear].into_iter().filter_map(card).collect()
+}
+
+fn main(c: &Coefficient, label: &'static str) -> Main {
+    let text = CoefficientText::of(c);
+    let unit = match labels::unit(&c.unit) {
+        unit if unit.is_empty() => unit,
+        unit => format!(" {unit}"),
+    };
+    match c.status {
+        Status::Ok => Main {
+            label,
+            value: typeset(&format!("{}{unit}", text.value)),
+            interval: typeset(&text.interval(" to ")),
+            bar: inline_svg::interval(c.value, c.ci95_low, c.ci95_high),
+            note: String::new(),
+        },
+        Status::LowerBound => Main {
+            label,
+            value: typeset(&format!("{}{unit}", text.interval(""))),
+            interval: String::new(),
+            bar: String::new(),
+            note: String::new(),
+        },
+        status => {
+            let words = status.words();
+            let note = c.advice.as_ref().map_or(words.to_owned(), |a| format!("{words}: {a}"));
+            let (value, interval, bar) = Default::default();
+            Main { label, value, interval, bar, note }
+        }
+    }
+}
