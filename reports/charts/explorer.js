@@ -211,7 +211,7 @@ const hover = () => {
 };
 const build = () => {
   if (u) u.destroy();
-  const view = VIEWS[controls.show.value], width = printing ? 640 : holder.clientWidth, height = Math.round(Math.max(260, Math.min(460, width * 0.55)));
+  const view = VIEWS[controls.show.value], width = printing ? Math.min(640, holder.clientWidth) : holder.clientWidth, height = Math.round(Math.max(260, Math.min(460, width * 0.55)));
   const extent = extentOf();
   home = view.equal ? levelled(extent, width, height) : extent;
   u = new uPlot({
@@ -354,5 +354,7 @@ else if (data.tyres.length) {
   keys(holder, () => u, () => { tip.hide(); reset(u, home); }, () => {});
   follow(holder, () => u);
   refresh();
+  addEventListener("beforeprint", () => { printing = true; root.dataset.print = ""; readTheme(); build(); });
+  addEventListener("afterprint", () => { printing = false; delete root.dataset.print; readTheme(); build(); });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readTheme(); refresh(); });
 }

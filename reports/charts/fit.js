@@ -123,8 +123,8 @@ const fit = (holder, chart) => {
   build();
   group.now.push(() => u);
   group.builds.push(build);
-  const figure = holder.closest("figure"), title = figure.querySelector("figcaption strong")?.textContent || named(chart.y);
-  saves(figure, chart.name || "chart", title, () => csvOf(chart), () => u);
+  const frame = holder.closest("figure"), title = frame.querySelector("figcaption strong")?.textContent || named(chart.y);
+  saves(frame, chart.name || "chart", title, () => csvOf(chart), () => u);
   legend(holder, entries, hidden, () => group.builds.forEach(f => f()));
   const tint = range ? rampEntry(holder, chart, range) : () => {};
   tint();

@@ -58,8 +58,8 @@ const pictureOf = (u, title) => {
   k.drawImage(from, 0, head);
   return to;
 };
-const saves = (figure, name, title, csv, current) => {
-  const box = make("span", "saves screen", figure.querySelector("figcaption"));
+const saves = (frame, name, title, csv, current) => {
+  const box = make("span", "saves screen", frame.querySelector("figcaption"));
   const button = (text, what, act) => {
     const b = make("button", "", box, text);
     b.type = "button";

@@ -4,9 +4,12 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
-use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, finish};
+use crate::batch::error::Error;
+use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, against, finish};
+use crate::batch::store::folder::Store;
 use crate::batch::workers::in_order::InOrder;
 use crate::batch::workers::scheduler as engine;
 use crate::batch::{Finished, Watch};
@@ -21,6 +24,7 @@ use crate::diagnose::reference::words as changes;
 use crate::diagnose::{Settings, summary};
 use crate::report::diagnosis::answer;
 use crate::report::terminal;
+use crate::statistics::number_format::count;
 use crate::store::tables::rows::CauseRow;
 
 /// Find out why the model and a ride disagree
@@ -37,6 +41,11 @@ pub(crate) struct Arguments {
     /// It says which would show it and how well, and takes half as long again. For causes that a ride cannot distinguish this is always done.
     #[arg(long)]
     advise: bool,
+    /// Hold all other rides of a motorcycle, together, against these: before and after a part was changed.
+    ///
+    /// The rides are named as for `compare`: session ids, or days such as ..2026-05-03. Three at least of a motorcycle.
+    #[arg(long, value_name = "SESSIONS", value_parser = NonEmptyStringValueParser::new())]
+    against: Option<String>,
     /// Print the rows of the tables `causes` and `changes` as JSON, one object a line; its key `table` says of which.
     #[arg(long)]
     json: bool,
@@ -46,7 +55,7 @@ impl Arguments {
     /// An archive into an output folder, without a word on stdout.
     pub(super) fn quietly(archive: PathBuf, out: PathBuf) -> Self {
         let batch = Options::quietly(archive, out);
-        Arguments { batch, nulls: 24, advise: false, json: false }
+        Arguments { batch, nulls: 24, advise: false, against: None, json: false }
     }
 }
 
@@ -94,6 +103,9 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         if format == Format::Words {
             print_unchanged(&accounts, out);
         }
+        if let Some(text) = &arguments.against {
+            print_against(&store, text, format)?;
+        }
         return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
     let over_all = finish(&store)?;
@@ -113,12 +125,53 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
             say::line_width(),
         )),
     }
+    if let Some(text) = &arguments.against {
+        print_against(&store, text, format)?;
+    }
     log();
     if format == Format::Words {
         print(&format!("Report: {}\n", out.join("report/index.html")));
     }
     damaged(&accounts)?;
     rejected(&accounts)
+}
+
+/// What the other rides of each motorcycle differ by from chosen ones.
+fn print_against(store: &Store, text: &str, format: Format) -> Result<(), Failure> {
+    let found = against(store, text).map_err(|e| match e {
+        Error::Usage(message) => Failure::Usage(message),
+        other => Failure::Output(other.to_string()),
+    })?;
+    match format {
+        Format::None => {}
+        Format::Json => {
+            let rows = found.iter().flat_map(|bike| &bike.changes);
+            rows.for_each(|row| print(&json("against", row)));
+        }
+        Format::Words => {
+            let mut said = String::new();
+            for bike in &found {
+                let [reference, others] = bike.rides;
+                said += &format!(
+                    "{}, {} together against {reference} of the reference ({text}):\n",
+                    bike.bike_id,
+                    count(others, "ride")
+                );
+                for row in &bike.changes {
+                    let moved = row.moved.as_deref().unwrap_or_default();
+                    said += &format!("  {}; moved: {moved}\n", row.sentence);
+                }
+                if bike.changes.is_empty() {
+                    said += &format!("  nothing differs beyond chance; most: {}\n", bike.largest);
+                }
+            }
+            if found.is_empty() {
+                said += &format!("--against {text}: no other rides of these motorcycles\n");
+            }
+            print(&terminal::wrapped(&said, say::line_width()));
+        }
+    }
+    Ok(())
 }
 
 /// How results are printed.

@@ -87,10 +87,10 @@ pub(crate) fn determined(rows: &[Coefficient]) -> String {
         own.is_some_and(|(row, _)| matches!(row.status, Status::Ok | Status::LowerBound))
     };
     let mut groups: [(&str, Vec<&str>); 4] = [
-        ("of both tyres", Vec::new()),
-        ("of the front tyre alone", Vec::new()),
-        ("of the rear tyre alone", Vec::new()),
-        ("of neither", Vec::new()),
+        ("for both tyres", Vec::new()),
+        ("for the front tyre alone", Vec::new()),
+        ("for the rear tyre alone", Vec::new()),
+        ("for neither", Vec::new()),
     ];
     for (_, words) in ASKED.into_iter().chain([INSTEAD]) {
         if !front.iter().chain(&rear).any(|(_, w)| *w == words) {
@@ -109,7 +109,7 @@ pub(crate) fn determined(rows: &[Coefficient]) -> String {
     }
     let parts = groups.iter().filter(|(_, words)| !words.is_empty());
     let parts: Vec<String> =
-        parts.map(|(whose, words)| format!("{whose} {}", words.join(", "))).collect();
+        parts.map(|(whose, words)| format!("{whose}: {}", words.join(", "))).collect();
     format!("Determined {}.", parts.join("; "))
 }
 
@@ -217,7 +217,7 @@ mod tests {
         );
         assert_eq!(
             determined(&rows),
-            "Determined of both tyres peak friction; of neither cornering stiffness, camber stiffness."
+            "Determined for both tyres: peak friction; for neither: cornering stiffness, camber stiffness."
         );
         assert!(determined(&rows[2..]).starts_with("Nothing"));
         let batch = of_batch(&[], &rows);

@@ -44,6 +44,19 @@ pub(crate) fn typeset(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
+/// The same for a sentence, where a hyphen may belong to a word or a name: before a digit and after a space or bracket.
+pub(crate) fn typeset_sentence(text: &str) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    let is_minus = |i: usize| {
+        let before = i.checked_sub(1).map(|k| characters[k]);
+        let after = characters.get(i + 1);
+        characters[i] == '-'
+            && before.is_none_or(|c| c == ' ' || c == '(')
+            && after.is_some_and(char::is_ascii_digit)
+    };
+    (0..characters.len()).map(|i| if is_minus(i) { '\u{2212}' } else { characters[i] }).collect()
+}
+
 /// Rounds to a number of decimals, for data written as JSON.
 pub(crate) fn round(value: f64, decimals: usize) -> f64 {
     let scale = 10f64.powi(decimals as i32);

@@ -127,7 +127,7 @@ def test_sliders_views_and_links(explored, browser):
     # the session's page leads to its own tyres
     browser.open(explored / "report/archive_s0001.html")
     browser.driver.find_element(By.PARTIAL_LINK_TEXT, "Explore the tyres").click()
-    browser.wait("const d = document.getElementById('data'); return d && d.csv")
+    browser.wait("const d = document.getElementById('data'); return d && !!d.csv")
     assert browser.js("return [document.getElementById('tyre-a').value, document.getElementById('tyre-b').value]") == [str(front), str(rear)]
     # keyboard and screen reader: each control has a name, the chart says what it shows
     unnamed = browser.js(

@@ -357,7 +357,7 @@ def test_a_long_list_is_sorted_and_turned_by_keys(crowd, browser):
 
 def test_sections_fold_and_open_for_links_and_paper(report, browser):
     page = session_page(report)
-    for width, most in ((1280, 5000), (400, 9000)):
+    for width, most in ((1280, 5600), (400, 9000)):
         browser.size(width, 900)
         browser.open(page)
         browser.settle()

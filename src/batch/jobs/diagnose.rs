@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::job_kind::JobKind;
-use super::pooled::OverAll;
+use super::pooled::{self, OverAll};
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
@@ -14,6 +14,7 @@ use crate::batch::store::kind;
 use crate::batch::store::kind::{CHANGES, Kind, SHARED, SHARED_PLACES};
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::settle;
+use crate::diagnose::reference::against::Against;
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
@@ -148,4 +149,12 @@ pub fn finish(store: &Store) -> Result<OverAll, Error> {
     settle::list_again(store.root(), &copy, &SHARED_PLACES)?;
     store.clear_behind()?;
     Ok(over_all)
+}
+
+/// What all other rides of a motorcycle, together, differ by from those that `text` names.
+///
+/// # Errors
+/// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.
+pub(crate) fn against(store: &Store, text: &str) -> Result<Vec<Against>, Error> {
+    pooled::against(LocalCopy::of(store.root())?.folder(), text)
 }

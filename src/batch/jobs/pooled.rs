@@ -4,16 +4,20 @@
 use std::path::Path;
 
 use crate::batch::error::Error;
+use crate::batch::fleet::compare::select::select;
 use crate::batch::store::kind::{
     CHANGES, SHARED as FOLDER, SHARED_MODEL as MODEL, SHARED_TABLE as TABLE,
 };
 use crate::batch::store::local_copy::LocalCopy;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
+use crate::diagnose::reference::against::{self, Against};
 use crate::diagnose::reference::{self, numbers::Ride};
 use crate::simulate::effects::pooled_effects::PooledEffects;
 use crate::store::objects::Location;
 use crate::store::tables::by_session::SessionFiles;
-use crate::store::tables::rows::{CauseRow, ChangeRow, DiagnosisRow, EffectTrace, EstimateRow};
+use crate::store::tables::rows::{
+    CauseRow, ChangeRow, DiagnosisRow, EffectTrace, EstimateRow, Ident, SessionRow,
+};
 use crate::store::tables::{file, read};
 
 /// What is made over all sessions.
@@ -65,6 +69,29 @@ fn sessions(out: &Path) -> Result<Vec<DiagnosisRow>, Error> {
 
 /// What differs between a motorcycle's sessions, from `estimates` and `effect_traces`.
 fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Error> {
+    Ok(reference::changes(rides(out, sessions)?))
+}
+
+/// What all other rides of a motorcycle, together, differ by from those that a text names, as of `compare`.
+///
+/// # Errors
+/// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.
+pub(crate) fn against(out: &Path, text: &str) -> Result<Vec<Against>, Error> {
+    let sessions = sessions(out)?;
+    let row = |d: &DiagnosisRow| SessionRow {
+        ident: d.ident.clone(),
+        site: d.site.clone(),
+        ..SessionRow::default()
+    };
+    let rows: Vec<SessionRow> = sessions.iter().map(row).collect();
+    let usage = |e: String| Error::Usage(format!("--against {text}: {e}"));
+    let chosen = select(text, &rows).map_err(usage)?;
+    let is_reference = |ident: &Ident| chosen.iter().any(|row| row.ident.key() == ident.key());
+    against::against(rides(out, &sessions)?, is_reference).map_err(usage)
+}
+
+/// The rides on the road, with all that they say.
+fn rides(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<Ride>, Error> {
     let estimates = SessionFiles::<EstimateRow>::read(out)?;
     let traces = SessionFiles::<EffectTrace>::read(out)?;
     let mut rides = Vec::new();
@@ -79,7 +106,7 @@ fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Erro
             rides.push(own);
         }
     }
-    Ok(reference::changes(rides))
+    Ok(rides)
 }
 
 /// What the sessions of an output share, from their own rows of `causes`.

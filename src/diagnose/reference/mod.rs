@@ -6,6 +6,7 @@
 //! difference   one number of some rides against the others
 //! explain      the cause that explains the differences of all numbers
 //! search       over rides and dates
+//! against      chosen rides as the reference of all others together
 //! words        in sentences
 //! ```
 //!
@@ -13,6 +14,7 @@
 //! tell from its own errors stand out. A fault that all rides share stays unseen here: the single ride's diagnosis looks for it.
 //! The method is that of `book/src/diagnosis.md`, its section on other rides.
 
+pub(crate) mod against;
 pub(crate) mod belief;
 pub(crate) mod difference;
 pub(crate) mod explain;
@@ -155,7 +157,7 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
         false_discovery_rate: Some(rate),
         rivals: listed(rivals),
         moved: listed(change.moved.iter().map(moved).collect()),
-        sentence: words::sentence(history, change, others),
+        sentence: words::sentence(history, change, &words::from(change.rides, others)),
     }
 }
 

@@ -48,6 +48,11 @@ impl History {
         // rides without a time come first, by their names
         let order = |r: &Ride| (r.ident.start_time.clone(), r.ident.session_id.clone());
         rides.sort_by_key(order);
+        Self::of(&rides)
+    }
+
+    /// Of a motorcycle's rides in this order.
+    pub(crate) fn of(rides: &[Ride]) -> Self {
         let mut places: BTreeMap<&str, &EstimateRow> = BTreeMap::new();
         for row in rides.iter().flat_map(|r| &r.estimates) {
             places.entry(&row.parameter).or_insert(row);

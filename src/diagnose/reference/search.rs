@@ -127,11 +127,15 @@ pub(crate) struct Found {
 
 /// Searches a motorcycle's rides.
 pub(crate) fn search(history: &History) -> Found {
+    search_of(history, &Rides::all(history))
+}
+
+/// Searches these sets of a motorcycle's rides.
+pub(crate) fn search_of(history: &History, sets: &[Rides]) -> Found {
     let mut rest = history.clone();
-    let sets = Rides::all(history);
     let mut changes: Vec<Change> = Vec::new();
     while changes.len() < MOST[0].max(history.len() / 5) {
-        let Some(change) = strongest(&rest, &sets, &changes) else { break };
+        let Some(change) = strongest(&rest, sets, &changes) else { break };
         take_out(&mut rest, &change);
         changes.push(change);
     }
@@ -182,7 +186,7 @@ impl Evidence {
     }
 
     /// The number that differs most, and the chance that any does as much (Bonferroni).
-    fn largest(&self) -> Option<(Moved, f64)> {
+    pub(crate) fn largest(&self) -> Option<(Moved, f64)> {
         let all = self.by_chance();
         let count = all.len() as f64;
         all.into_iter().next().map(|(moved, chance)| (moved, (chance * count).min(1.0)))

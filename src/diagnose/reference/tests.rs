@@ -168,3 +168,37 @@ fn motorcycles_of_which_nothing_changed_stay_quiet() {
         assert!(alarms <= 12, "{alarms} of 150 with {n} rides");
     }
 }
+
+/// Four rides after a part was changed, against the four before it: of changes of three standard errors of a ride more are
+/// seen than by the search over all rides and dates, and where nothing changed not more than promised.
+#[test]
+fn chosen_rides_as_the_reference_see_smaller_changes() {
+    const SEEDS: u64 = 200;
+    let rides = |seed: u64, size: f64| -> Vec<Ride> {
+        let hidden = |k: usize| if k >= 4 { vec![("pad_heat", size)] } else { vec![] };
+        (0..8).map(|k| ride(seed, k, &hidden(k))).collect()
+    };
+    let is_before = |ident: &Ident| ident.session_id.as_str() < "s04";
+    let by_choice = |seed: u64, size: f64| {
+        let found = against::against(rides(seed, size), is_before).expect("four rides before");
+        let [bike] = &found[..] else { panic!("{found:?}") };
+        assert_eq!(bike.rides, [4, 4]);
+        assert_eq!(bike.largest.is_empty(), !bike.changes.is_empty());
+        let causes: Vec<String> = bike.changes.iter().filter_map(|c| c.cause.clone()).collect();
+        causes
+    };
+    let by_search = |seed: u64| {
+        let rows = changes(rides(seed, 3.0));
+        rows.iter().any(|r| is_change(r) && r.rides == "since" && r.ident.session_id == "s04")
+    };
+    let count = |is: &dyn Fn(u64) -> bool| (0..SEEDS).filter(|seed| is(100 + seed)).count();
+    let chosen = count(&|seed| by_choice(seed, 3.0).iter().any(|c| c == "pad_heat"));
+    let searched = count(&by_search);
+    let falsely = count(&|seed| !by_choice(seed, 0.0).is_empty());
+    println!("of {SEEDS}: {chosen} by choice, {searched} by search, {falsely} false");
+    assert!(chosen > searched + 40, "{chosen} by choice, {searched} by search");
+    // 5 % are promised; two standard deviations of 200 draws more
+    assert!(falsely <= 16, "{falsely}");
+    let few = against::against(rides(1, 0.0), |ident| ident.session_id == "s00").expect_err("one");
+    assert!(few.contains("a has 1 of these rides"), "{few}");
+}

@@ -83,13 +83,17 @@ pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
     text
 }
 
-/// A change as a sentence.
-pub(crate) fn sentence(history: &History, change: &Change, others: usize) -> String {
+/// From which rides a change is; they are so many.
+pub(crate) fn from(rides: Rides, others: usize) -> String {
+    match rides {
+        Rides::One(_) => format!("from the motorcycle's {others} other rides"),
+        Rides::Since(_) => format!("from the {others} rides before"),
+    }
+}
+
+/// A change as a sentence, and `from` which rides.
+pub(crate) fn sentence(history: &History, change: &Change, from: &str) -> String {
     let number = &history.numbers[change.cause];
-    let from = match (change.rides, others) {
-        (Rides::One(_), n) => format!("from the motorcycle's {n} other rides"),
-        (Rides::Since(_), n) => format!("from the {n} rides before"),
-    };
     let size = size(change.size, change.half_width, &number.unit);
     let text = match number.effect {
         Some(effect) => {

@@ -18,7 +18,7 @@ use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
 use crate::report::{page_names, page_shell};
-use crate::statistics::number_format::typeset;
+use crate::statistics::number_format::typeset_sentence;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::file;
 use crate::store::tables::names::file_name;
@@ -115,12 +115,12 @@ impl Diagnosed {
         let sessions: Vec<Vec<CauseRow>> =
             self.sessions.iter().map(|s| self.rows(&s.ident).0.to_vec()).collect();
         let said = answer::said(&sessions, &self.shared);
-        said.iter().map(|sentence| typeset(&sentence.replace('`', ""))).collect()
+        said.iter().map(|sentence| typeset_sentence(&sentence.replace('`', ""))).collect()
     }
 
     /// What was found in a session, in clauses.
     pub(crate) fn causes_of(&self, ident: &Ident) -> Vec<String> {
-        answer::of_session(self.rows(ident).0).iter().map(|clause| typeset(clause)).collect()
+        answer::of_session(self.rows(ident).0).iter().map(|c| typeset_sentence(c)).collect()
     }
 
     /// Lines of the run's page.

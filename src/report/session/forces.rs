@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::report::plots::offroad::rider_label;
 use crate::report::{kinds, labels};
 use crate::segment::manoeuvre::{Declaration, ManoeuvreKind, Peak};
-use crate::statistics::number_format::{fixed, typeset};
+use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
@@ -205,15 +205,44 @@ pub(crate) fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
         let what = format!("  landing ({})", flights.len());
         let (front, rear) = (largest(|m| m.landing_load_front), largest(|m| m.landing_load_rear));
         out.push_str(&format!("{what:<34}{front:>9}{rear:>9}\n"));
-        let times = || flights.iter().filter_map(|m| m.flight_time);
-        let (least, most) = (times().reduce(f64::min), times().reduce(f64::max));
-        if let (Some(least), Some(most)) = (least, most) {
-            let count = flights.len();
-            let (least, most) = (fixed(least, 2), fixed(most, 2));
-            out.push_str(&format!("{count} flights of {least} to {most} s\n"));
+        if let Some(flown) = flown(&flights) {
+            out.push_str(&format!("{flown}\n"));
         }
     }
     out
+}
+
+/// How many flights, how long.
+fn flown(flights: &[&Manoeuvre]) -> Option<String> {
+    let times = || flights.iter().filter_map(|m| m.flight_time);
+    let (least, most) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
+    let many = number_format::count(flights.len(), "flight");
+    Some(match flights.len() {
+        1 => format!("{many} of {} s", fixed(most, 2)),
+        _ => format!("{many} of {} to {} s", fixed(least, 2), fixed(most, 2)),
+    })
+}
+
+/// What is asked of an off-road ride first: the largest load of each wheel by the first rider model, where, and the flights.
+pub(crate) fn answer(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> Option<String> {
+    let first = rows.first()?;
+    let forces = summarise(rows);
+    let mut parts = Vec::new();
+    for (force, wheel) in [("load_front", "front"), ("load_rear", "rear")] {
+        let of_force = forces.iter().filter(|f| f.force == force);
+        let own =
+            of_force.filter_map(|f| Some((f, f.riders.iter().find(|s| s.rider == first.rider)?)));
+        let largest = own.max_by(|a, b| a.1.peak.total_cmp(&b.1.peak));
+        if let Some((f, sum)) = largest {
+            parts.push(format!("{wheel} {} N ({})", fixed(sum.peak, 0), kinds::label(&f.kind)));
+        }
+    }
+    let is_flight = |m: &&Manoeuvre| kinds::declaration(&m.kind).peak == Peak::Flight;
+    let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(is_flight).collect();
+    let flown = flown(&flights).map_or(String::new(), |flown| format!("; {flown}"));
+    let rider = rider_label(&first.rider);
+    (!parts.is_empty())
+        .then(|| format!("Largest wheel loads, {rider}: {}{flown}.", parts.join(", ")))
 }
 
 #[cfg(test)]

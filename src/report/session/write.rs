@@ -93,6 +93,11 @@ impl Writer<'_> {
         let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
         let mut page = page::build(session, coefficients, &manoeuvres, warnings);
         page.compare(self.bench);
+        if let Some(answer) = forces::answer(forces, &manoeuvres) {
+            page.answer = answer;
+            // of tyres it rarely determines anything
+            page.cards.retain(|card| card.rows.iter().any(|row| !row.value.is_empty()));
+        }
         let (lap_rows, corners) = self.stored.laps(ident)?;
         if !lap_rows.is_empty() {
             page.laps = laps::page(&lap_rows, &corners, &self.stored.lap_trends(ident)?);

@@ -50,6 +50,13 @@ pub const FILES: &[OfFile] = &[
         holds: "PAR1",
     },
     OfFile {
+        option: "compare --page",
+        line: "compare out archive_s0001 others --page AT",
+        at: "it.html",
+        input: None,
+        holds: "A against B",
+    },
+    OfFile {
         option: "export --out",
         line: "export out --session archive_s0001 --format toml --bikes bikes --out AT",
         at: "it.toml",

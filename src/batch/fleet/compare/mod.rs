@@ -24,7 +24,7 @@ pub(crate) mod answer;
 pub(crate) mod numbers;
 pub(crate) mod page;
 mod read;
-mod select;
+pub(crate) mod select;
 pub(crate) mod words;
 
 /// Most sessions that are read beside those of the sides: a spread is known well from fewer.

@@ -6,6 +6,7 @@ use super::numbers::{at_load, change, value};
 use super::words::noun;
 use crate::report::comparison::{Content, Paragraph, Row};
 use crate::report::{Error, comparison, inline_svg, labels};
+use crate::statistics::number_format::{typeset, typeset_sentence};
 use crate::store::tables::rows::ComparisonRow;
 
 /// The page as HTML: forces at a load (N); `same_tyres` as the comparison was made.
@@ -39,7 +40,7 @@ pub(crate) fn html(found: &Comparison, load: f64, same_tyres: bool) -> Result<St
     };
     comparison::html(&Content {
         sides: [0, 1].map(|i| about(&found.sides[i])),
-        sentences: answer(found, same_tyres),
+        sentences: answer(found, same_tyres).iter().map(|s| typeset_sentence(s)).collect(),
         tyres,
         load: format!("{load:.0}"),
         curves: curves.collect(),
@@ -52,13 +53,13 @@ fn shown(row: &ComparisonRow, name: &str, a: String, b: String) -> Row {
     let difference = change(row);
     Row {
         name: name.to_owned(),
-        a,
-        b,
-        difference: difference.size,
-        interval: difference.ends,
+        a: typeset(&a),
+        b: typeset(&b),
+        difference: typeset(&difference.size),
+        interval: typeset(&difference.ends),
         bar: inline_svg::difference(row.relative, row.relative_low, row.relative_high),
         chance: difference.chance,
         verdict: difference.verdict,
-        sentence: row.sentence.clone(),
+        sentence: typeset_sentence(&row.sentence),
     }
 }

@@ -183,7 +183,7 @@ fn is_like(pattern: &str, text: &str) -> bool {
 ///
 /// # Errors
 /// A sentence: the text is none, or what it names is not there.
-pub(super) fn select<'a>(
+pub(crate) fn select<'a>(
     text: &str,
     rows: &'a [SessionRow],
 ) -> Result<Vec<&'a SessionRow>, String> {

@@ -1,0 +1,72 @@
+//! Chosen rides as the reference: all other rides of the motorcycle, together, against them.
+//!
+//! One question instead of one per ride and date, so that a smaller change is beyond chance: a part was changed, and the
+//! rides before and after it are known.
+
+use std::collections::BTreeMap;
+
+use super::difference::OTHERS;
+use super::numbers::{History, Ride};
+use super::search::{Change, Evidence, Rides, search_of};
+use super::{changed, words};
+use crate::store::tables::rows::{ChangeRow, Ident};
+
+/// What the other rides of a motorcycle differ by.
+#[derive(Debug)]
+pub(crate) struct Against {
+    /// The motorcycle.
+    pub bike_id: String,
+    /// Rides of the reference, and other rides.
+    pub rides: [usize; 2],
+    /// What differs, the clearest first; rows as of the table `changes`, their `rides` is `against`.
+    pub changes: Vec<ChangeRow>,
+    /// The number that is farthest apart where nothing differs beyond chance; empty where there is none.
+    pub largest: String,
+}
+
+/// Of each motorcycle that has rides of the reference and others, in order of its id.
+///
+/// # Errors
+/// A sentence: a motorcycle has too few rides of the reference.
+pub(crate) fn against(
+    rides: Vec<Ride>,
+    is_reference: impl Fn(&Ident) -> bool,
+) -> Result<Vec<Against>, String> {
+    let mut bikes: BTreeMap<String, [Vec<Ride>; 2]> = BTreeMap::new();
+    for ride in rides {
+        let side = usize::from(!is_reference(&ride.ident));
+        bikes.entry(ride.ident.bike_id.clone()).or_default()[side].push(ride);
+    }
+    bikes.retain(|_, [reference, others]| !reference.is_empty() && !others.is_empty());
+    if let Some((bike, [reference, _])) = bikes.iter().find(|(_, [r, _])| r.len() < OTHERS) {
+        return Err(format!(
+            "{bike} has {} of these rides; how much its rides scatter is seen in {OTHERS} at least",
+            reference.len()
+        ));
+    }
+    Ok(bikes.into_iter().map(|(bike_id, sides)| of_motorcycle(bike_id, sides)).collect())
+}
+
+fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
+    let rides = [sides[0].len(), sides[1].len()];
+    let history = History::of(&sides.concat());
+    let others = Rides::Since(rides[0]);
+    let found = search_of(&history, &[others]);
+    let from = format!("from the {} rides of the reference", rides[0]);
+    let row = |change: &Change| ChangeRow {
+        rides: "against".to_owned(),
+        sentence: words::sentence(&history, change, &from),
+        // one question: chance needs no further discount
+        ..changed(&history, change, change.chance)
+    };
+    let changes: Vec<ChangeRow> = found.changes.iter().map(row).collect();
+    let largest = match changes.is_empty() {
+        true => Evidence::new(&history, others).largest(),
+        false => None,
+    };
+    let largest = largest.map(|(moved, chance)| {
+        let what = words::moved(&history.numbers[moved.number], moved.by);
+        format!("{what}, by chance in {:.0} % of comparisons", 100.0 * chance)
+    });
+    Against { bike_id, rides, changes, largest: largest.unwrap_or_default() }
+}
