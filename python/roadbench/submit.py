@@ -31,12 +31,12 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     spark = SparkSession.builder.appName("roadbench").getOrCreate()
     try:
-        where = (spark, given.inputs, given.bikes, given.out, given.pipeline)
-        how = {"maps": given.map, "force": given.force, "batch": given.batch}
+        how = {"bikes": given.bikes, "pipeline": given.pipeline, "maps": given.map, "batch": given.batch}
+        how["force"] = given.force
         if given.diagnose:
-            done = roadbench.spark.diagnose(*where, **how, nulls=given.nulls)
+            done = roadbench.spark.diagnose(spark, given.inputs, given.out, **how, nulls=given.nulls)
         else:
-            done = roadbench.spark.run(*where, **how, signals=given.signals)
+            done = roadbench.spark.run(spark, given.inputs, given.out, **how, signals=given.signals)
     except ValueError as why:
         print(f"roadbench: {why}", file=sys.stderr)
         return 2

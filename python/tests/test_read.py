@@ -8,7 +8,7 @@ import pytest
 
 import roadbench
 from conftest import ARCHIVE, ROOT
-from roadbench import _read
+from roadbench import _folders, _read
 
 fcntl = pytest.importorskip("fcntl")
 FRAMES = ("polars", "pandas", "arrow")
@@ -122,7 +122,7 @@ def test_in_a_with_block_tables_stay_as_they_are(output):
 
 
 def test_a_run_that_was_killed_is_told(output, monkeypatch):
-    monkeypatch.setattr(_read, "_FINISHING", 0.1)
+    monkeypatch.setattr(_folders, "_FINISHING", 0.1)
     (output / ".roadbench" / "next.json").write_text("{}")
     with pytest.warns(UserWarning, match="was killed at it"):
         assert roadbench.read(output, "warnings").shape[0] == 5
@@ -131,7 +131,7 @@ def test_a_run_that_was_killed_is_told(output, monkeypatch):
 def test_while_a_run_works_along(log, tmp_path):
     """Every table that is read is of before or of after."""
     out = tmp_path / "out"
-    roadbench.run(log, out, ARCHIVE / "bikes")
+    roadbench.run(log, out, bikes=ARCHIVE / "bikes")
     before = roadbench.read(out, "coefficients").shape[0]
     run = threading.Thread(target=lambda: roadbench.run(ARCHIVE, out))
     run.start()
