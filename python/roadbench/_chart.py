@@ -131,11 +131,12 @@ def _lines(
             _add(bands.setdefault(band, {}), _outline(columns, band))
     labels = list(dict.fromkeys(lines["series"]))
     shades = alt.Scale(domain=labels, range=[_plot.LINES[i % len(_plot.LINES)] for i in range(len(labels))])
+    unnamed = alt.Color("series:N", title=None, scale=shades, legend=None)
     # beside a cloud, whose colour has a legend of its own, the line says in its tooltip what it is
-    shown = {"color": alt.Color("series:N", title=None, scale=shades, legend=_legend(alt) if legend else None)}
+    named = alt.Color("series:N", title=None, scale=shades, legend=_legend(alt)) if legend else unnamed
 
     def base(data: dict[str, list[Any]]) -> Any:
-        return alt.Chart(_data(alt, data)).encode(x=x, y=y("y"), order="order:Q", **shown)
+        return alt.Chart(_data(alt, data)).encode(x=x, y=y("y"), order="order:Q", color=unnamed)
 
     tips = [alt.Tooltip("series:N", title="line"), _tip(alt, "x", plot.x), _tip(alt, "y", plot.y)]
     layers = []
@@ -146,7 +147,7 @@ def _lines(
                 tips += [_tip(alt, "y_low", plot.y, "95 % from"), _tip(alt, "y_high", plot.y, "95 % to")]
     line = base(lines).encode(tooltip=tips)
     # a line is hard to hit: points that nobody sees, under the pointer
-    return [*layers, line.mark_line(strokeWidth=2), line.mark_point(opacity=0, size=60)]
+    return [*layers, line.encode(color=named).mark_line(strokeWidth=2), line.mark_point(opacity=0, size=60)]
 
 
 def _legend(alt: Any) -> Any:

@@ -129,7 +129,7 @@ def _near(word: str, known: Sequence[str]) -> str:
     """What was meant, or what there is."""
     folded = word.casefold()
     held = [one for one in known if folded and folded in one.casefold()]
-    near = held[:1] or difflib.get_close_matches(word, known, n=1)
+    near = held[:1] or difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     if near:
         return f"did you mean `{near[0]}`?"
     more = ", ..." if len(known) > _SHOWN else ""
