@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from typing import Any, Literal, cast, overload
 
 from roadbench import _progress, _roadbench
-from roadbench._errors import call
+from roadbench._errors import Invalid, call
 from roadbench._roadbench import Table
 from roadbench._types import CoefficientSet, Format, Path, Paths, Planned, Summary, TextFormat, Tyre
 
@@ -107,6 +108,8 @@ def batch_options(
     inputs: Paths, out: Path, bikes: Path | None, pipeline: Path, maps: Paths, force: bool, since: float | None
 ) -> dict[str, Any]:
     """What every batch has in common, as the compiled part takes it."""
+    if since is not None and not math.isfinite(since):
+        raise Invalid(f"since={since} is no moment; give seconds as time.time() counts them")
     return {
         "inputs": listed(inputs),
         "bikes": None if bikes is None else os.fspath(bikes),
