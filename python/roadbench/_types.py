@@ -1,7 +1,5 @@
 """Types that several functions take or give back."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from typing import Any, Literal, NotRequired, TypedDict
