@@ -69,6 +69,7 @@ class Bar:
         self._draw: Callable[[Bar], None] | None = None
         self._drawn = self.began = time.monotonic()
         self.rejected = 0
+        self.ended = False
         self.now = Progress(0, 0, "", "", "done")
 
     def __call__(self, now: Progress) -> None:
@@ -83,13 +84,19 @@ class Bar:
         self._drawn = time.monotonic()
         self._draw(self)
 
+    def end(self) -> None:
+        """The run has ended, well or not."""
+        self.ended = True
+        if self._draw is not None:
+            self._draw(self)
+
     def words(self) -> str:
         """The counts, and how long the rest will take at the same pace."""
         now, spent = self.now, time.monotonic() - self.began
         refused = f", {self.rejected} rejected" if self.rejected else ""
         left = spent / max(now.done, 1) * (now.total - now.done)
-        rest = f", {left:.0f} s left" if now.done < now.total else f" in {spent:.1f} s; fleet tables and report"
-        return f"{now.done} of {now.total} logs{refused}{rest}"
+        rest = f", {left:.0f} s left" if now.done < now.total else "; tables of the fleet and report"
+        return f"{now.done} of {now.total} logs{refused}{f' in {spent:.1f} s' if self.ended else rest}"
 
 
 def _notebook() -> Callable[[Bar], None]:
@@ -106,7 +113,7 @@ def _notebook() -> Callable[[Bar], None]:
 def _terminal() -> Callable[[Bar], None]:
     def draw(bar: Bar) -> None:
         filled = 30 * bar.now.done // bar.now.total
-        end = "\n" if bar.now.done == bar.now.total else ""
+        end = "\n" if bar.ended else ""
         print(f"\r[{'=' * filled}{' ' * (30 - filled)}] {bar.words():60}", end=end, file=sys.stderr, flush=True)
 
     return draw
@@ -135,6 +142,9 @@ def watched(command: Literal["run", "diagnose"], options: dict[str, Any], told: 
         child.kill()  # whole files only, even so: the same call carries on
         child.wait()
         raise
+    finally:
+        if isinstance(told, Bar):
+            told.end()
     if interrupted:
         raise KeyboardInterrupt
     heard.check(child.returncode)

@@ -108,6 +108,13 @@ except KeyboardInterrupt:
 """
 
 
+def test_a_run_with_a_bar(logs, tmp_path, capfd):
+    done = roadbench.run(logs, tmp_path / "a", bikes=BIKES, progress=True)
+    pictures = capfd.readouterr().err.split("\r")
+    assert done["computed"] == 2 and pictures[-1].startswith(f"[{'=' * 30}] 3 of 3 logs, 1 rejected in ")
+    assert pictures[-1].endswith("\n") and "{" not in "".join(pictures)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_finishes_the_sessions_under_way(tmp_path):
     command = [sys.executable, "-c", SCRIPT, str(ARCHIVE), str(tmp_path / "out")]
@@ -123,6 +130,7 @@ def test_ctrl_c_finishes_the_sessions_under_way(tmp_path):
 def steps(bar, *statuses):
     for number, status in enumerate(statuses, 1):
         bar(roadbench.Progress(number, len(statuses), f"s{number}", f"s{number}.csv", status))
+    bar.end()
 
 
 def test_a_bar_at_a_terminal(monkeypatch):
@@ -132,8 +140,9 @@ def test_a_bar_at_a_terminal(monkeypatch):
     pictures = stderr.getvalue().split("\r")[1:]
     assert pictures[0].startswith("[=======                       ] 1 of 4 logs, ")
     # those in between come too fast for anybody to see
-    assert len(pictures) == 2 and pictures[1].startswith(f"[{'=' * 30}] 4 of 4 logs, 1 rejected in 0.0 s")
-    assert pictures[1].endswith("\n")
+    assert len(pictures) == 3 and pictures[1].startswith(f"[{'=' * 30}] 4 of 4 logs, 1 rejected; tables of the fleet")
+    assert pictures[2].startswith(f"[{'=' * 30}] 4 of 4 logs, 1 rejected in 0.0 s ") and pictures[2].endswith("\n")
+    assert not pictures[1].endswith("\n")
     # one log needs none
     stderr.seek(0)
     stderr.truncate()
@@ -160,5 +169,5 @@ def test_a_bar_in_a_notebook_comes_by_itself(monkeypatch):
     assert _progress.listener(None) is None  # here there is no kernel
     shown = notebook(monkeypatch)
     steps(_progress.listener(None), "done", "done", "done")
-    assert len(shown) == 2 and '<progress max="3" value="3"></progress> 3 of 3 logs in ' in shown[-1]
+    assert len(shown) == 3 and '<progress max="3" value="3"></progress> 3 of 3 logs in ' in shown[-1]
     assert _progress.listener(False) is None
