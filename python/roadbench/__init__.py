@@ -1,4 +1,4 @@
-"""roadbench: motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
+"""roadbench: motorcycle tyre coefficients, with confidence intervals, from recorded riding logs.
 
 Tables cross as Arrow, by the PyCapsule interface: whatever takes ``__arrow_c_stream__`` takes them,
 and they share its memory.
