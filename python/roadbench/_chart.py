@@ -47,8 +47,8 @@ def chart(
     """
     try:
         import altair as alt
-    except ImportError:
-        raise NotInstalled("roadbench.chart needs altair: pip install altair") from None
+    except ImportError as why:
+        raise NotInstalled("roadbench.chart needs altair: pip install altair") from why
     wanted, by_plot, name = _plot.chosen_plots(source, session, bike, plots)
     small = [_one(alt, each, by_plot[each]) for each in wanted if each != _plot.TIMELINE]
     with warnings.catch_warnings():

@@ -120,8 +120,8 @@ class Remote:
     def __init__(self, url: str) -> None:
         try:
             from pyarrow import fs
-        except ImportError:
-            raise NotInstalled("reading from a URL needs pyarrow: pip install pyarrow") from None
+        except ImportError as why:
+            raise NotInstalled("reading from a URL needs pyarrow: pip install pyarrow") from why
         endpoint = os.environ.get("AWS_ENDPOINT") or os.environ.get("AWS_ENDPOINT_URL")
         if url.startswith("s3://") and endpoint and "?" not in url:
             scheme, _, host = endpoint.rpartition("://")

@@ -61,8 +61,8 @@ def plot(
     """
     try:
         from roadbench._figure import SessionFigure
-    except ImportError:
-        raise NotInstalled("roadbench.plot needs matplotlib: pip install roadbench[plot]") from None
+    except ImportError as why:
+        raise NotInstalled("roadbench.plot needs matplotlib: pip install roadbench[plot]") from why
     wanted, by_plot, name = chosen_plots(source, session, bike, plots)
     small = [each for each in wanted if each != TIMELINE]
     panels = panels_of(by_plot[TIMELINE]) if TIMELINE in wanted else []

@@ -163,8 +163,8 @@ class Session(Mapping[str, Any]):
         try:
             import pyarrow
             import pyarrow.parquet as pq
-        except ImportError:
-            raise NotInstalled("export of a session in memory needs pyarrow: pip install pyarrow") from None
+        except ImportError as why:
+            raise NotInstalled("export of a session in memory needs pyarrow: pip install pyarrow") from why
         with tempfile.TemporaryDirectory(prefix="roadbench-") as place:
             for name, table in self.items():
                 part = _File(place, "out", name, f"bike={quote(self.bike)}")
