@@ -44,6 +44,12 @@ class Session(Mapping[str, Any]):
         self._out, self._bike_file = out, bike_file
         self._info: dict[str, Any] | None = None
 
+    def __eq__(self, other: object) -> bool:
+        return self is other  # a mapping would compare frame by frame
+
+    def __hash__(self) -> int:
+        return id(self)
+
     def __getitem__(self, name: str) -> Any:
         if name in self._tables:
             return self._tables[name]
