@@ -6,7 +6,7 @@ import contextlib
 import os
 import time
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -52,6 +52,7 @@ class Local:
 
     def __init__(self, out: Path) -> None:
         self.out = out
+        self._index = _Index()
 
     def _there(self) -> None:
         if not self.out.is_dir():
@@ -105,12 +106,8 @@ class Local:
         return pq.read_schema(file)
 
     def places(self, files: list[str], frames: Frames) -> list[tuple[str, str, str]]:
-        if frames != "polars":
-            return _places(files, None)
-        import polars as pl
-
-        rows = pl.scan_parquet(files, hive_partitioning=False, include_file_paths="file")
-        return rows.select("session_id", "bike_id", "file").collect().rows()
+        stamps = {file: (os.stat(file).st_mtime_ns, os.stat(file).st_size) for file in files}
+        return self._index.places(stamps, lambda: _places(files, None) if frames != "polars" else _places_by_polars(files))
 
 
 class Remote:
@@ -128,6 +125,7 @@ class Remote:
             url = f"{url}?endpoint_override={host.rstrip('/')}&scheme={scheme or 'https'}"
         self.store, path = fs.FileSystem.from_uri(url)
         self.path = path.rstrip("/")
+        self._index = _Index()
 
     def names(self) -> list[str]:
         return sorted(self._tables())
@@ -163,7 +161,28 @@ class Remote:
         return pq.read_schema(file, filesystem=self.store)
 
     def places(self, files: list[str], frames: Frames) -> list[tuple[str, str, str]]:
-        return _places(files, self.store)
+        found = self.store.get_file_info(files)
+        return self._index.places({i.path: (i.mtime_ns, i.size) for i in found}, lambda: _places(files, self.store))
+
+
+class _Index:
+    """Where sessions are, read anew where a file has changed."""
+
+    def __init__(self) -> None:
+        self._stamps: Any = None
+        self._places: list[tuple[str, str, str]] = []
+
+    def places(self, stamps: Any, read: Callable[[], list[tuple[str, str, str]]]) -> list[tuple[str, str, str]]:
+        if stamps != self._stamps:
+            self._places, self._stamps = read(), stamps
+        return self._places
+
+
+def _places_by_polars(files: list[str]) -> list[tuple[str, str, str]]:
+    import polars as pl
+
+    rows = pl.scan_parquet(files, hive_partitioning=False, include_file_paths="file")
+    return rows.select("session_id", "bike_id", "file").collect().rows()
 
 
 def _rows(rows: Any, columns: list[str] | None, where: Where, lazy: bool) -> Any:
@@ -196,13 +215,11 @@ def _by_arrow(files: list[str], store: Any, frames: Frames, columns: list[str] |
 
 
 def _places(files: list[str], store: Any) -> list[tuple[str, str, str]]:
-    import pyarrow.parquet as pq
+    import pyarrow.dataset as ds
 
-    found = []
-    for file in files:
-        ids = pq.read_table(file, filesystem=store, partitioning=None, columns=["session_id", "bike_id"])
-        found += [(s, b, file) for s, b in zip(*(ids[c].to_pylist() for c in ids.column_names), strict=True)]
-    return found
+    columns = ["session_id", "bike_id", "__filename"]
+    ids = ds.dataset(files, filesystem=store, format="parquet").to_table(columns=columns)
+    return list(zip(*(ids[column].to_pylist() for column in columns), strict=True))
 
 
 def _hidden(parts: Sequence[str]) -> bool:

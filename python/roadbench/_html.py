@@ -39,7 +39,9 @@ def _counts(session: Session) -> str:
 def session(session: Session) -> str:
     """For notebooks; no script, nothing from elsewhere."""
     found = rows(session["coefficients"]) if "coefficients" in session else []
-    parts = [f"<h4>{escape(session.id)} · {escape(session.bike)}</h4>", f"<p><b>{_counts(session)}</b>; {_ride(session)}</p>"]
+    # an output of `diagnose` alone has no table `sessions`
+    ride = f"; {_ride(session)}" if "sessions" in session else ""
+    parts = [f"<h4>{escape(session.id)} · {escape(session.bike)}</h4>", f"<p><b>{_counts(session)}</b>{ride}</p>"]
     determined = [row for row in found if row["status"] == "ok"]
     if determined:
         parts.append(_table(_HEADS, [_cells(row) for row in _in_order(determined)]))
@@ -50,7 +52,8 @@ def session(session: Session) -> str:
         parts.append(_folded(f"{len(of_status)} {words}", _table((*_HEADS, "reason", "advice"), told)))
     if warned := rows(session["warnings"]) if "warnings" in session else []:
         told = [[row["code"], row["channel"] or "", row["message"]] for row in warned]
-        parts.append(_folded(f"{len(warned)} warning{'' if len(warned) == 1 else 's'}", _table(("code", "channel", "message"), told)))
+        words = f"{len(warned)} warning{'' if len(warned) == 1 else 's'}"
+        parts.append(_folded(words, _table(("code", "channel", "message"), told)))
     return "".join(parts)
 
 

@@ -33,6 +33,14 @@ def test_diagnose_writes_what_the_command_writes(diagnosed, log, tmp_path):
     assert files(tmp_path) == files(diagnosed)
 
 
+def test_a_diagnosed_session_is_read(diagnosed, log):
+    session = roadbench.read(diagnosed, frames="arrow").session(log.stem)
+    assert "causes" in session and session["causes"].num_rows > 0 and "sessions" not in session
+    assert "no coefficients" in session._repr_html_() and [s.id for s in roadbench.read(diagnosed).sessions()] == [log.stem]
+    with pytest.raises(roadbench.NoTable, match="no table `sessions`; there are .*causes"):
+        session.info  # noqa: B018
+
+
 def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
     found = roadbench.diagnose_session(log, bike, nulls=NULLS)
     assert set(found.tables) == {

@@ -100,6 +100,17 @@ def test_only_the_files_that_are_needed_are_read(months, wanted, kept, numbers, 
         roadbench.read(months, "warnings")
 
 
+@pytest.mark.parametrize("frames", ["polars", "arrow"])
+def test_a_session_that_moves_is_found_where_it_is(months, frames):
+    """The places of sessions are kept, until a file changes."""
+    tables = roadbench.read(months, frames=frames, sessions="two")
+    assert arrow(tables["warnings"])["n_samples"].to_pylist() == [1]
+    for name in ("sessions", "warnings"):
+        (months / name / "bike=b1" / "2026-06.parquet").rename(months / name / "bike=b1" / "2026-07.parquet")
+    assert arrow(tables["warnings"])["n_samples"].to_pylist() == [1]
+    assert [file.split("bike=")[1] for file in tables.files("warnings")] == ["b1/2026-07.parquet"]
+
+
 def test_a_file_per_session_is_found_by_its_name(months):
     assert spoil(months, "signals", {"bike=b1/two.parquet"}) == 3
     assert roadbench.read(months, "signals", frames="arrow", sessions="two")["n_samples"].to_pylist() == [1]
