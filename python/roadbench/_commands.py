@@ -7,11 +7,14 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
-from roadbench._errors import Error
+from roadbench._archive import listed
+from roadbench._errors import Error, Invalid, OutputError
+from roadbench._types import Inspected, InspectedSource, Path, Paths
 
-_Path = str | os.PathLike[str]
+_KINDS: dict[int, type[Error]] = {2: Invalid, 3: OutputError}
+"""By the exit codes of the command line."""
 
 
 def _call(*arguments: Any, codes: Sequence[int] = (0,)) -> tuple[int, str]:
@@ -19,7 +22,8 @@ def _call(*arguments: Any, codes: Sequence[int] = (0,)) -> tuple[int, str]:
     command = [sys.executable, "-m", "roadbench", *(os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments)]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode not in codes:
-        raise Error(done.stderr.strip().removeprefix("roadbench: ") or f"exit code {done.returncode}")
+        words = done.stderr.strip().removeprefix("roadbench: ") or f"exit code {done.returncode}"
+        raise _KINDS.get(done.returncode, Error)(words)
     return done.returncode, done.stdout
 
 
@@ -39,34 +43,43 @@ def _options(**given: Any) -> list[Any]:
     return out
 
 
+def _several(given: str | Sequence[str]) -> list[str]:
+    """One text or several: a text is no list of letters."""
+    return [given] if isinstance(given, str) else list(given)
+
+
 def inspect(
-    log: _Path,
+    log: Path,
     *,
-    bikes: _Path | None = None,
-    maps: Sequence[_Path] = (),
-    dbc: Sequence[_Path] = (),
-    pipeline: _Path | None = None,
-) -> dict[str, Any]:
+    bikes: Path | None = None,
+    pipeline: Path | None = None,
+    maps: Paths = (),
+    dbc: Paths = (),
+) -> Inspected | InspectedSource:
     """``roadbench inspect``: a log's channels, rates and gaps, what is odd about it, and what it can estimate.
 
     Args:
         log: a log of any format.
         bikes: folder of bike files; with it units and signs are checked against the motorcycle.
+        pipeline: pipeline file; ``None`` takes the built-in one.
         maps: channel maps; none means those that come with roadbench.
         dbc: CAN databases.
-        pipeline: pipeline file.
+
+    Returns:
+        ``session``, ``channels``, ``warnings``, ``rejected``, ``estimates`` and ``costs``; of a log that no channel map
+        fits its own channels and a ``proposed_map``.
 
     Raises:
         Error: the log cannot be read.
 
     Example:
-        >>> [c["channel"] for c in roadbench.inspect("ride.csv")["channels"]]
+        >>> [c["channel"] for c in roadbench.inspect("ride.csv", bikes="bikes")["channels"]]
     """
-    options = _options(bikes=bikes, map=list(maps), dbc=list(dbc), pipeline=pipeline)
-    return json.loads(_call("inspect", log, "--json", *options)[1])
+    options = _options(bikes=bikes, pipeline=pipeline, map=listed(maps), dbc=listed(dbc))
+    return cast(Inspected | InspectedSource, json.loads(_call("inspect", log, "--json", *options)[1]))
 
 
-def map(log: _Path, *, bike: _Path | None = None, dbc: Sequence[_Path] = ()) -> str:
+def map(log: Path, *, bike: Path | None = None, dbc: Paths = ()) -> str:
     """``roadbench map``: the draft of a channel map, from names, units and the motion in the log itself.
 
     Args:
@@ -80,18 +93,39 @@ def map(log: _Path, *, bike: _Path | None = None, dbc: Sequence[_Path] = ()) -> 
     Raises:
         Error: the log cannot be read.
     """
-    return _call("map", log, *_options(bike=bike, dbc=list(dbc)))[1]
+    return _call("map", log, *_options(bike=bike, dbc=listed(dbc)))[1]
 
 
-def bike_new(name: str, folder: _Path = "bikes", *, force: bool = False, **given: Any) -> str:
+def bike_new(
+    name: str,
+    *,
+    folder: Path = "bikes",
+    force: bool = False,
+    class_: Literal["sports", "naked", "touring", "off-road", "scooter", "bicycle", "e-bike"] | None = None,
+    model: str | None = None,
+    front: str | None = None,
+    rear: str | None = None,
+    weight: float | None = None,
+    scales: tuple[float, float] | None = None,
+    lifted: tuple[float, float] | None = None,
+    swung_front: tuple[float, float, float] | None = None,
+    swung_rear: tuple[float, float, float] | None = None,
+    set: Sequence[str] = (),
+) -> str:
     """``roadbench bike new``: a bike file from class, tyre sizes and weight.
 
     Args:
         name: the bike id that logs carry.
         folder: folder of bike files.
         force: write over a file that is there.
-        given: the options of the command: ``class_`` (``"naked"``), ``model``, ``front`` and ``rear`` (``"120/70ZR17"``),
-            ``weight`` (kg), ``scales``, ``lifted``, ``swung_front``, ``swung_rear``, ``set``.
+        class_: class of the motorcycle.
+        model: make and model; a few are known with their data sheets, the others need a class.
+        front, rear: tyres as printed: ``"120/70ZR17"``.
+        weight: motorcycle and rider in gear, kg.
+        scales: loads of front and rear wheel on scales, rider seated, kg.
+        lifted: how far the rear axle was lifted, m, and the front wheel's load then, kg.
+        swung_front, swung_rear: the wheel swung about a bar inside its rim: mass kg, bar to axle m, period s.
+        set: keys of the bike file that you know: ``["cg_height=0.60+-0.02"]``.
 
     Returns:
         Path of the file.
@@ -103,17 +137,16 @@ def bike_new(name: str, folder: _Path = "bikes", *, force: bool = False, **given
         >>> roadbench.bike_new("mt07", class_="naked", front="120/70ZR17", rear="180/55ZR17", weight=265)
         'bikes/mt07.toml'
     """
-    # several numbers of one option stand between commas; `set` may be repeated
-    joined = {
-        key.rstrip("_"): ",".join(str(v) for v in value) if isinstance(value, list | tuple) and key != "set" else value
-        for key, value in given.items()
-    }
-    options = _options(**joined)
-    _call("bike", "new", name, "--out", folder, *_options(force=force), *options)
+    given = {"class": class_, "model": model, "front": front, "rear": rear, "weight": weight, "set": list(set)}
+    measured = {"scales": scales, "lifted": lifted, "swung_front": swung_front, "swung_rear": swung_rear}
+    # several numbers of one option stand between commas
+    joined = {key: None if value is None else ",".join(str(v) for v in value) for key, value in measured.items()}
+    options = _options(out=folder, force=force, **given, **joined)
+    _call("bike", "new", name, *options)
     return os.path.join(os.fspath(folder), f"{name}.toml")
 
 
-def report(out: _Path, *, bench: Sequence[str] = ()) -> str:
+def report(out: Path, *, bench: str | Sequence[str] = ()) -> str:
     """``roadbench report``: the HTML pages again from the tables.
 
     Args:
@@ -126,7 +159,7 @@ def report(out: _Path, *, bench: Sequence[str] = ()) -> str:
     Raises:
         Error: the folder is no output.
     """
-    _call("report", out, *_options(bench=list(bench)))
+    _call("report", out, *_options(bench=_several(bench)))
     return os.path.join(os.fspath(out), "report", "index.html")
 
 
@@ -139,7 +172,7 @@ class Verified(NamedTuple):
     text: str
 
 
-def verify(out: _Path, *, logs: bool = True, mend: bool = False) -> Verified:
+def verify(out: Path, *, logs: bool = True, mend: bool = False) -> Verified:
     """``roadbench verify``: whether an output is whole.
 
     Args:
@@ -155,10 +188,10 @@ def verify(out: _Path, *, logs: bool = True, mend: bool = False) -> Verified:
 
 
 def forget(
-    out: _Path,
+    out: Path,
     *,
-    sessions: Sequence[str] = (),
-    bikes: Sequence[str] = (),
+    sessions: str | Sequence[str] = (),
+    bike: str | Sequence[str] = (),
     missing: bool = False,
     dry_run: bool = False,
 ) -> str:
@@ -166,8 +199,8 @@ def forget(
 
     Args:
         out: the folder or URL that :func:`run` wrote.
-        sessions: ids of sessions.
-        bikes: all sessions of these motorcycles.
+        sessions: an id or several.
+        bike: all sessions of this motorcycle, or of several.
         missing: every session whose log is not there any more.
         dry_run: only list them.
 
@@ -177,5 +210,5 @@ def forget(
     Raises:
         Error: nothing was asked for, or there is no such session.
     """
-    options = _options(session=list(sessions), bike=list(bikes), missing=missing, dry_run=dry_run)
+    options = _options(session=_several(sessions), bike=_several(bike), missing=missing, dry_run=dry_run)
     return _call("forget", out, *options)[1]

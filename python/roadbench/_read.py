@@ -5,41 +5,16 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import os
-import time
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any, overload
 
 from roadbench import _roadbench
-
-Frames = Literal["polars", "pandas", "arrow"]
-_LIBRARY = {"polars": "polars", "pandas": "pandas", "arrow": "pyarrow"}
-_FINISHING = 10.0
-"""Longest that a switch of tables which has begun is waited for, s."""
-
-
-class NoTable(KeyError):
-    """A table that an output does not have."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])  # a KeyError would show its repr
-
-
-def chosen(frames: Frames | None) -> Frames:
-    """The library asked for, or the first of polars, pandas and pyarrow that is installed."""
-    if frames is not None and frames not in _LIBRARY:
-        raise ValueError(f"frames: {frames!r} is none of {', '.join(_LIBRARY)}")
-    kinds: Sequence[Frames] = [frames] if frames else ["polars", "pandas", "arrow"]
-    for kind in kinds:
-        # pandas reads Parquet by pyarrow
-        needs = {_LIBRARY[kind], "pyarrow"} if kind == "pandas" else {_LIBRARY[kind]}
-        missing = sorted(name for name in needs if importlib.util.find_spec(name) is None)
-        if not missing:
-            return kind
-        if frames:
-            raise ImportError(f"frames={frames!r} needs {' and '.join(missing)}: pip install {' '.join(missing)}")
-    raise ImportError("reading tables needs polars or pyarrow (for pandas too): pip install polars")
+from roadbench._errors import Invalid, NoTable, call
+from roadbench._folders import folder
+from roadbench._frames import Frames, chosen, made, rows
+from roadbench._select import Selection, selection
+from roadbench._session import Session
+from roadbench._types import Path
 
 
 class Tables(Mapping[str, Any]):
@@ -53,17 +28,33 @@ class Tables(Mapping[str, Any]):
         >>> list(tables)
         ['bikes', 'coefficients', 'evidence', ...]
         >>> tables["coefficients"]
+        >>> tables.session("ride_01")
         >>> tables.units["coefficients"]["std_error"]
         'as given in the column unit'
         >>> with roadbench.read("/tables") as tables:
         ...     coefficients, sessions = tables["coefficients"], tables["sessions"]
     """
 
-    def __init__(self, out: str | os.PathLike[str], frames: Frames | None = None) -> None:
+    def __init__(
+        self,
+        out: Path,
+        frames: Frames | None = None,
+        *,
+        lazy: bool = False,
+        sessions: str | Sequence[str] | None = None,
+        bike: str | Sequence[str] | None = None,
+    ) -> None:
+        if lazy and frames not in (None, "polars"):
+            raise Invalid(f"lazy=True gives polars' lazy frames, not frames={frames!r}; leave one of them out")
         self.out = os.fspath(out)
-        self.frames = chosen(frames)
-        self._folder = _Remote(self.out) if "://" in self.out else _Local(Path(self.out))
+        self.frames: Frames = chosen("polars" if lazy else frames)
+        self.lazy = lazy
+        self._folder = folder(self.out)
         self._held: list[contextlib.ExitStack] = []
+        self._wanted = selection(sessions, bike)
+        if self._wanted != Selection():
+            with self._still():
+                self._wanted.places(self._folder, self.frames)  # an unknown id is told at once
 
     def __enter__(self) -> Tables:
         self._held.append(contextlib.ExitStack())
@@ -89,7 +80,8 @@ class Tables(Mapping[str, Any]):
         return self.read(name)
 
     def __repr__(self) -> str:
-        return f"<roadbench.Tables {self.out} ({self.frames}): {', '.join(self) or 'none'}>"
+        kind = "lazy polars" if self.lazy else self.frames
+        return f"<roadbench.Tables {self.out} ({kind}): {', '.join(self) or 'none'}>"
 
     def read(self, name: str, *, columns: Sequence[str] | None = None, session: str | None = None) -> Any:
         """A table, or some of its columns, or the rows of one session.
@@ -99,21 +91,63 @@ class Tables(Mapping[str, Any]):
         Raises:
             NoTable: there is no such table (a ``KeyError``); the message says which there are.
         """
+        where = dict(self._wanted.where)
+        if session is not None:
+            where["session_id"] = [session]
         with self._still():
             files = self._files(name)
-            columns = None if columns is None else list(columns)
-            frame = self._folder.frame(files, self.frames, columns, session)
+            wanted = None if columns is None else list(columns)
+            frame = self._folder.frame(files, self.frames, wanted, where, self.lazy)
         if self.frames == "pandas":
             frame.attrs["units"] = self.units[name]
         return frame
 
+    def session(self, id: str, *, bike: str | None = None) -> Session:
+        """One session.
+
+        Args:
+            id: its id.
+            bike: its motorcycle, where two have a session of that name.
+
+        Raises:
+            Invalid: there is no such session, or there are two; the message says which (a ``ValueError``).
+        """
+        bikes = self._wanted.bikes if bike is None else (bike,)
+        with self._still():
+            found = sorted({p.bike for p in Selection((id,), bikes).places(self._folder, self.frames)})
+        if len(found) > 1:
+            raise Invalid(f"{' and '.join(found)} have a session `{id}` each; say which with bike={found[0]!r}")
+        return self._one(id, found[0])
+
+    def sessions(self) -> list[Session]:
+        """All sessions, in order of their start; each reads its tables when it is asked for them."""
+        with self._still():
+            if "sessions" in self:
+                index = self._files("sessions")
+                columns = ["session_id", "bike_id", "start_time"]
+                frame = self._folder.frame(index, self.frames, columns, self._wanted.where, False)
+                # a session without a start goes last
+                found = sorted(rows(frame), key=lambda r: (r["start_time"] is None, str(r["start_time"]), r["session_id"]))
+                keys = [(r["session_id"], r["bike_id"]) for r in found]
+            else:
+                places = self._wanted.places(self._folder, self.frames)
+                keys = sorted({(p.session, p.bike) for p in places})
+        return [self._one(session, bike) for session, bike in keys]
+
+    def _one(self, id: str, bike: str) -> Session:
+        tables = Tables(self.out, self.frames, lazy=self.lazy)
+        tables._wanted = Selection((id,), (bike,))
+        tables._folder, tables._held = self._folder, self._held  # in our `with` block it reads the same state
+        return Session(_OfSession(tables), id, bike, out=self.out)
+
     def files(self, name: str) -> list[str]:
-        """Paths of a table's files, for instance for ``polars.scan_parquet``."""
-        return list(self._files(name))
+        """Paths of a table's files, for instance for ``polars.scan_parquet``; those that may have what is wanted."""
+        with self._still():
+            return self._files(name)
 
     def _files(self, name: str) -> list[str]:
         if files := self._folder.files(name):
-            return files
+            return self._wanted.files(files, self._folder, self.frames)
         tables = list(self)
         there = f"there are {', '.join(tables)}" if tables else "there is none"
         raise NoTable(f"{self.out} has no table `{name}`; {there}")
@@ -132,7 +166,7 @@ class Tables(Mapping[str, Any]):
         """A frame of the columns of a table, with units and descriptions; of the tables where none is named."""
         if name is not None:
             fields = self._fields(name)
-            return _made(
+            return made(
                 self.frames,
                 {
                     "column": list(fields),
@@ -141,7 +175,7 @@ class Tables(Mapping[str, Any]):
                 },
             )
         names = list(self)
-        return _made(
+        return made(
             self.frames,
             {
                 "table": names,
@@ -160,9 +194,38 @@ class Tables(Mapping[str, Any]):
                     own = {k.decode(): v.decode() for k, v in (field.metadata or {}).items()}
                     found[field.name] = {k: own[k] for k in ("unit", "description") if k in own}
                 return found
-        schema = _roadbench.schema(name)
+        schema = call(_roadbench.schema, name)
         both = {c: {"unit": schema.unit(c), "description": schema.description(c)} for c in schema.names}
         return {c: {k: v for k, v in own.items() if v is not None} for c, own in both.items()}
+
+
+class _OfSession(Mapping[str, Any]):
+    """Those of an output's tables that have rows of single sessions."""
+
+    def __init__(self, tables: Tables) -> None:
+        self.tables = tables
+
+    def _has(self, name: str) -> bool:
+        # tables over the whole fleet have no folder per motorcycle
+        return any("/bike=" in file.replace("\\", "/") for file in self.tables._folder.files(name))
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in self.tables if self._has(name))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._has(name)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self:
+            raise NoTable(f"a session of {self.tables.out} has no table `{name}`; there are {', '.join(self) or 'none'}")
+        return self.tables[name]
+
+    @property
+    def units(self) -> Mapping[str, dict[str, str]]:
+        return self.tables.units
 
 
 class _Metadata(Mapping[str, dict[str, str]]):
@@ -182,153 +245,71 @@ class _Metadata(Mapping[str, dict[str, str]]):
         return len(self._tables)
 
 
-def _made(frames: Frames, columns: dict[str, list[Any]]) -> Any:
-    if frames == "polars":
-        import polars
-
-        return polars.DataFrame(columns)
-    if frames == "pandas":
-        import pandas
-
-        return pandas.DataFrame(columns)
-    import pyarrow
-
-    return pyarrow.table(columns)
-
-
-class _Local:
-    """A folder here."""
-
-    def __init__(self, out: Path) -> None:
-        self.out = out
-
-    def names(self) -> list[str]:
-        if not self.out.is_dir():
-            raise FileNotFoundError(f"{self.out}: no such folder")
-        folders = (folder.name for folder in self.out.iterdir() if folder.is_dir())
-        return sorted(name for name in folders if next(self._files(name), None))
-
-    def files(self, name: str) -> list[str]:
-        if not self.out.is_dir():
-            raise FileNotFoundError(f"{self.out}: no such folder")
-        return sorted(map(str, self._files(name)))
-
-    def _files(self, name: str) -> Iterator[Path]:
-        if _hidden([name]) or Path(name).name != name:
-            return  # what is below .roadbench is not in place yet
-        for path in (self.out / name).rglob("*.parquet"):
-            if not _hidden(path.relative_to(self.out).parts):
-                yield path
-
-    @contextlib.contextmanager
-    def still(self) -> Iterator[None]:
-        """Meanwhile no command replaces the tables."""
-        deadline = time.monotonic() + _FINISHING
-        with contextlib.ExitStack() as held:
-            while True:
-                _lock_shared(held, self.out / ".roadbench" / "tables.lock")
-                if not (self.out / ".roadbench" / "next.json").is_file():
-                    break
-                if time.monotonic() > deadline:
-                    warnings.warn(
-                        f"{self.out}: a run waits to put its tables in place, or was killed at it (then any next "
-                        "command, such as `roadbench report`, carries it on); what is read may be of two states",
-                        stacklevel=4,
-                    )
-                    break
-                held.close()  # somebody is about to, and waits for us
-                time.sleep(0.02)
-            yield
-
-    def frame(self, files: list[str], frames: Frames, columns: list[str] | None, session: str | None) -> Any:
-        if frames != "polars":
-            return _by_arrow(files, None, frames, columns, session)
-        import polars as pl
-
-        rows = pl.scan_parquet(files, hive_partitioning=False)
-        if session is not None:
-            rows = rows.filter(pl.col("session_id") == session)
-        return (rows if columns is None else rows.select(columns)).collect()
-
-    def schema(self, file: str) -> Any:
-        import pyarrow.parquet as pq
-
-        return pq.read_schema(file)
-
-
-class _Remote:
-    """A folder in an object store, through pyarrow. There are no locks: each file is whole, but two may be of
-    different states while a run ends."""
-
-    def __init__(self, url: str) -> None:
-        try:
-            from pyarrow import fs
-        except ImportError:
-            raise ImportError("reading from a URL needs pyarrow: pip install pyarrow") from None
-        endpoint = os.environ.get("AWS_ENDPOINT") or os.environ.get("AWS_ENDPOINT_URL")
-        if url.startswith("s3://") and endpoint and "?" not in url:
-            scheme, _, host = endpoint.rpartition("://")
-            url = f"{url}?endpoint_override={host.rstrip('/')}&scheme={scheme or 'https'}"
-        self.store, path = fs.FileSystem.from_uri(url)
-        self.path = path.rstrip("/")
-
-    def names(self) -> list[str]:
-        return sorted(self._tables())
-
-    def files(self, name: str) -> list[str]:
-        return sorted(self._tables().get(name, []))
-
-    def _tables(self) -> dict[str, list[str]]:
-        from pyarrow import fs
-
-        found: dict[str, list[str]] = {}
-        for info in self.store.get_file_info(fs.FileSelector(self.path, recursive=True)):
-            parts = info.path.removeprefix(self.path + "/").split("/")
-            if info.is_file and len(parts) > 1 and parts[-1].endswith(".parquet") and not _hidden(parts):
-                found.setdefault(parts[0], []).append(info.path)
-        return found
-
-    def still(self) -> contextlib.AbstractContextManager[None]:
-        return contextlib.nullcontext()
-
-    def frame(self, files: list[str], frames: Frames, columns: list[str] | None, session: str | None) -> Any:
-        return _by_arrow(files, self.store, frames, columns, session)
-
-    def schema(self, file: str) -> Any:
-        import pyarrow.parquet as pq
-
-        return pq.read_schema(file, filesystem=self.store)
-
-
-def _by_arrow(
-    files: list[str], store: Any, frames: Frames, columns: list[str] | None, session: str | None
+@overload
+def read(
+    out: Path,
+    table: None = None,
+    *,
+    frames: Frames | None = None,
+    lazy: bool = False,
+    sessions: str | Sequence[str] | None = None,
+    bike: str | Sequence[str] | None = None,
+) -> Tables: ...
+@overload
+def read(
+    out: Path,
+    table: str,
+    *,
+    frames: Frames | None = None,
+    lazy: bool = False,
+    sessions: str | Sequence[str] | None = None,
+    bike: str | Sequence[str] | None = None,
+) -> Any: ...
+def read(
+    out: Path,
+    table: str | None = None,
+    *,
+    frames: Frames | None = None,
+    lazy: bool = False,
+    sessions: str | Sequence[str] | None = None,
+    bike: str | Sequence[str] | None = None,
 ) -> Any:
-    import pyarrow.parquet as pq
+    """The tables of an output folder as frames, with their units.
 
-    only = None if session is None else [("session_id", "=", session)]
-    table = pq.read_table(files, filesystem=store, partitioning=None, columns=columns, filters=only)
-    if frames == "arrow":
-        return table
-    if frames == "pandas":
-        return table.to_pandas()
-    import polars
+    Runs may write to the folder meanwhile: a table is read as a whole, the earlier or the new one.
 
-    return polars.from_arrow(table)
+    Args:
+        out: what :func:`run` or :func:`diagnose` wrote to: a folder, or a URL (``s3://``, ``gs://``) where pyarrow
+            is installed.
+        table: read this one at once.
+        frames: ``polars``, ``pandas`` or ``arrow``; ``None`` takes the first of them that is installed.
+        lazy: polars' lazy frames, which read when they are collected, and only what is needed then. Collect them in a
+            ``with`` block where a run may end meanwhile.
+        sessions: only rows of these; an id or several. Files without them are not opened, but for the table
+            ``sessions``, which says where they are.
+        bike: only rows of this motorcycle; an id or several. Files of others are not opened.
 
+    Returns:
+        The table; or, where none is named, a :class:`Tables`: a mapping that reads a table when it is asked for,
+        with ``.session(id)``, ``.sessions()``, ``.units``, ``.descriptions`` and ``.describe()``. Motorcycle and session
+        are the columns ``bike_id`` and ``session_id``; a pandas frame has its units in ``.attrs["units"]``, a pyarrow
+        table in its fields' metadata. A table that has no such column is not narrowed by it: tables over the whole fleet
+        are those of all sessions.
 
-def _hidden(parts: Sequence[str]) -> bool:
-    return any(part.startswith(".") for part in parts)
+    Raises:
+        NoTable: there is no such table (a ``KeyError``); the message says which there are.
+        NoOutput: there is no such folder (a ``FileNotFoundError``).
+        Invalid: there is no such session or motorcycle; the message says which is like it (a ``ValueError``).
+        NotInstalled: the library that was asked for is not installed (an ``ImportError``).
 
-
-def _lock_shared(held: contextlib.ExitStack, path: Path) -> None:
-    """Waits while somebody replaces the tables, and keeps others from it; nothing where nothing was ever replaced,
-    or where the file system knows no locks."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return
-    try:
-        file = held.enter_context(path.open("rb"))
-        fcntl.flock(file, fcntl.LOCK_SH)
-    except OSError:
-        return
+    Example:
+        >>> tables = roadbench.read("/tables")
+        >>> tables["coefficients"].filter(polars.col("status") == "ok")
+        >>> tables.units["sessions"]["duration"]
+        's'
+        >>> tables.describe("coefficients")
+        >>> roadbench.read("/tables", "manoeuvres", frames="pandas")
+        >>> roadbench.read("/tables", "signals", lazy=True, sessions="ride_01").select("time", "roll").collect()
+    """
+    tables = Tables(out, frames, lazy=lazy, sessions=sessions, bike=bike)
+    return tables if table is None else tables[table]

@@ -11,11 +11,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from roadbench import _roadbench
+from roadbench._archive import batch_options, listed
+from roadbench._errors import Invalid, call
+from roadbench._types import Path, Paths, Summary
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -29,18 +32,22 @@ _ANSWERED = "log string, answer string"
 
 def run(
     spark: SparkSession,
-    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    bikes: str | os.PathLike[str] | None,
-    out: str | os.PathLike[str],
-    pipeline: str | os.PathLike[str] = "onroad",
+    inputs: Paths,
+    out: Path,
     *,
-    maps: Sequence[str | os.PathLike[str]] = (),
+    bikes: Path | None = None,
+    pipeline: Path = "onroad",
+    maps: Paths = (),
+    batch: int = 8,
     force: bool = False,
     since: float | None = None,
     signals: bool = False,
-    batch: int = 8,
-) -> dict[str, Any]:
+    model: Path | None = None,
+) -> Summary:
     """Computes the sessions of an archive on the cluster, and writes the tables of ``roadbench run``.
+
+    After ``spark`` the arguments are those of :func:`roadbench.run`, in the same order; ``batch`` stands in the place of
+    ``jobs``. Progress is shown by Spark's own page.
 
     Logs and ``out`` are in an object store (``s3://``, ``gs://``, ``az://``; credentials as for the
     command line, on every machine), or on a file system that the driver and all workers see under
@@ -56,104 +63,92 @@ def run(
     Args:
         spark: the session of an existing cluster, or a local one.
         inputs: logs, folders of logs or archives, glob patterns. Relative paths are made absolute.
-        bikes: folder of bike files; ``None`` takes the ``bikes`` beside an archive's sessions.
         out: folder of the tables.
+        bikes: folder of bike files; ``None`` takes the ``bikes`` beside an archive's sessions.
         pipeline: ``onroad``, ``offroad``, ``paper``, or path of a pipeline file.
         maps: paths of channel maps; none means those that come with roadbench.
+        batch: sessions in one task: what is done again when a task is lost.
         force: compute sessions again that are there already.
         since: only logs that were written since then, as ``time.time()`` counts.
         signals: also write the estimated time series.
-        batch: sessions in one task: what is done again when a task is lost.
+        model: the output of a diagnosis, or one session's model file, read on the driver only: what it identified is
+            removed from the recordings.
 
     Returns:
         What is also in ``run.json`` beside the tables: ``inputs``, ``computed``, ``unchanged``,
         ``rejected``, ``rejected_by_code``, ``seconds`` and so on.
 
     Raises:
-        ValueError: there is nothing to read, the bikes or the pipeline are not what they should be,
-            or another run is writing to ``out``.
-        OSError: ``out`` cannot be written, or is not the same folder on all machines.
+        Invalid: there is nothing to read, the bikes or the pipeline are not what they should be,
+            or another run is writing to ``out`` (a ``ValueError``).
+        OutputError: ``out`` cannot be written, or is not the same folder on all machines (an ``OSError``).
 
     Example:
         >>> from pyspark.sql import SparkSession
         >>> import roadbench.spark
         >>> spark = SparkSession.builder.getOrCreate()
-        >>> done = roadbench.spark.run(spark, "/archive", None, "/tables")
+        >>> done = roadbench.spark.run(spark, "/archive", "/tables")
         >>> done["computed"], done["rejected"]
         (1200, 3)
     """
-    options = _options(inputs, bikes, out, pipeline, maps, force, since)
-    return _run(spark, options | {"signals": signals}, batch)
+    options = _options(inputs, out, bikes, pipeline, maps, force, since)
+    options |= {"signals": signals, "model": None if model is None else _absolute(model)}
+    return _run(spark, options, batch)
 
 
 def diagnose(
     spark: SparkSession,
-    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    bikes: str | os.PathLike[str] | None,
-    out: str | os.PathLike[str],
-    pipeline: str | os.PathLike[str] = "onroad",
+    inputs: Paths,
+    out: Path,
     *,
-    maps: Sequence[str | os.PathLike[str]] = (),
+    bikes: Path | None = None,
+    pipeline: Path = "onroad",
+    maps: Paths = (),
+    batch: int = 1,
     force: bool = False,
     since: float | None = None,
     nulls: int = 24,
     advise: bool = False,
-    batch: int = 1,
-) -> dict[str, Any]:
+) -> Summary:
     """Diagnoses the sessions of an archive on the cluster, and writes what ``roadbench diagnose`` writes.
 
     What several sessions share is worked out by the driver at the end, with the report.
 
     Args:
         spark: as for :func:`run`, like all that is not named here.
-        nulls: simulated nulls of each ride, from which the thresholds come; at least 8.
-        advise: simulate more riding for every cause that a ride says nothing of.
+        nulls: fault-free simulations of each ride, from which the thresholds come; 8 to 1000.
+        advise: also simulate riding for every cause that a ride cannot show.
 
     Returns:
         The same as :func:`run`, but for ``run.json``, which is of runs.
 
     Raises:
-        ValueError: as :func:`run`, or ``nulls`` are too few or too many.
-        OSError: as :func:`run`.
+        Invalid: as :func:`run`, or ``nulls`` are too few or too many.
+        OutputError: as :func:`run`.
     """
-    options = _options(inputs, bikes, out, pipeline, maps, force, since)
+    options = _options(inputs, out, bikes, pipeline, maps, force, since)
     return _run(spark, options | {"diagnose": True, "nulls": nulls, "advise": advise}, batch)
 
 
 def _options(
-    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    bikes: str | os.PathLike[str] | None,
-    out: str | os.PathLike[str],
-    pipeline: str | os.PathLike[str],
-    maps: Sequence[str | os.PathLike[str]],
-    force: bool,
-    since: float | None,
+    inputs: Paths, out: Path, bikes: Path | None, pipeline: Path, maps: Paths, force: bool, since: float | None
 ) -> dict[str, Any]:
-    if isinstance(inputs, str | os.PathLike):
-        inputs = [inputs]
-    return {
-        "inputs": [_absolute(path) for path in inputs],
-        "bikes": None if bikes is None else _absolute(bikes),
-        "out": _absolute(out),
-        "pipeline": os.fspath(pipeline),
-        "maps": [os.fspath(m) for m in maps],
-        "force": force,
-        "since": since,
-    }
+    there = [_absolute(path) for path in listed(inputs)]
+    return batch_options(there, _absolute(out), None if bikes is None else _absolute(bikes), pipeline, maps, force, since)
 
 
-def _run(spark: SparkSession, options: dict[str, Any], batch: int) -> dict[str, Any]:
+def _run(spark: SparkSession, options: dict[str, Any], batch: int) -> Summary:
     if batch < 1:
-        raise ValueError("batch: a task has at least one session")
-    driver = _roadbench.Driver(json.dumps(options))
+        raise Invalid(f"batch={batch}: a task has at least one session; take 1 or more")
+    driver = call(_roadbench.Driver, json.dumps(options))
     try:
-        answers = _distribute(spark, driver.terms(), driver.tasks(), batch)
-        return json.loads(driver.close(answers))
+        answers = _distribute(spark, call(driver.terms), call(driver.tasks), batch)
+        return cast(Summary, json.loads(call(driver.close, answers)))
     finally:
         driver.abandon()  # of the output's lock
 
 
-def _absolute(path: str | os.PathLike[str]) -> str:
+def _absolute(path: Path) -> str:
     """A worker has another working folder; a URL is the same everywhere."""
     text = os.fspath(path)
     return text if "://" in text else os.path.abspath(text)

@@ -25,18 +25,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--map", metavar="FILE", action="append", default=[], help="channel map")
     parser.add_argument("--force", action="store_true", help="compute again what is there already")
     parser.add_argument("--signals", action="store_true", help="also write the time series")
+    parser.add_argument("--model", metavar="PATH", help="remove what a diagnosis identified: its output, or a model file")
     parser.add_argument("--diagnose", action="store_true", help="roadbench diagnose instead of run")
     parser.add_argument("--nulls", metavar="N", type=int, default=24, help="of --diagnose: simulated nulls")
     parser.add_argument("--batch", metavar="N", type=int, default=8, help="sessions in one task")
     given = parser.parse_args(arguments)
     spark = SparkSession.builder.appName("roadbench").getOrCreate()
     try:
-        where = (spark, given.inputs, given.bikes, given.out, given.pipeline)
-        how = {"maps": given.map, "force": given.force, "batch": given.batch}
+        how = {"bikes": given.bikes, "pipeline": given.pipeline, "maps": given.map, "batch": given.batch}
+        how["force"] = given.force
         if given.diagnose:
-            done = roadbench.spark.diagnose(*where, **how, nulls=given.nulls)
+            done = roadbench.spark.diagnose(spark, given.inputs, given.out, **how, nulls=given.nulls)
         else:
-            done = roadbench.spark.run(*where, **how, signals=given.signals)
+            done = roadbench.spark.run(spark, given.inputs, given.out, **how, signals=given.signals, model=given.model)
     except ValueError as why:
         print(f"roadbench: {why}", file=sys.stderr)
         return 2

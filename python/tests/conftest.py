@@ -4,8 +4,10 @@ import os
 import shutil
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -86,3 +88,42 @@ def written(log, tmp_path_factory):
     out = tmp_path_factory.mktemp("written")
     roadbench("run", log, "--bikes", ARCHIVE / "bikes", "--out", out, "--signals")
     return out
+
+
+@pytest.fixture(scope="session")
+def fleet(tmp_path_factory):
+    """What the command line writes for the whole archive: twelve sessions of two motorcycles."""
+    out = tmp_path_factory.mktemp("fleet")
+    roadbench("run", ARCHIVE, "--out", out)
+    return out
+
+
+def on_disk(out, name):
+    """A table's rows as pyarrow reads them, file by file."""
+    files = sorted((out / name).rglob("*.parquet"))
+    return pa.concat_tables([pq.read_table(file, partitioning=None) for file in files])
+
+
+@pytest.fixture
+def bucket(monkeypatch):
+    """An object store on this machine: puts a folder there, and gives its URL."""
+    server = pytest.importorskip("moto.server")
+    boto3 = pytest.importorskip("boto3")
+    served = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    served.start()
+    host, port = served.get_host_and_port()
+    for name, value in {"AWS_ENDPOINT": f"http://{host}:{port}", "AWS_ACCESS_KEY_ID": "test",
+                        "AWS_SECRET_ACCESS_KEY": "test", "AWS_REGION": "us-east-1"}.items():  # fmt: skip
+        monkeypatch.setenv(name, value)
+    client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
+    # the servers of one process share their objects
+    urllib.request.urlopen(urllib.request.Request(f"http://{host}:{port}/moto-api/reset", method="POST")).close()
+    client.create_bucket(Bucket="fleet")
+
+    def put(folder):
+        for path in folder.rglob("*.parquet"):
+            client.upload_file(str(path), "fleet", f"tables/{path.relative_to(folder)}")
+        return "s3://fleet/tables"
+
+    yield put
+    served.stop()

@@ -21,16 +21,24 @@ def diagnosed(log, tmp_path_factory):
 
 
 def test_run_writes_what_the_command_writes(written, log, tmp_path):
-    done = roadbench.run(log, tmp_path, ARCHIVE / "bikes", signals=True)
+    done = roadbench.run(log, tmp_path, bikes=ARCHIVE / "bikes", signals=True)
     assert (done["inputs"], done["computed"], done["rejected"]) == (1, 1, 0)
     assert files(tmp_path) == files(written)
     assert json.loads((tmp_path / "run.json").read_text())["computed"] == 1
 
 
 def test_diagnose_writes_what_the_command_writes(diagnosed, log, tmp_path):
-    done = roadbench.diagnose([log], tmp_path, ARCHIVE / "bikes", nulls=NULLS)
+    done = roadbench.diagnose([log], tmp_path, bikes=ARCHIVE / "bikes", nulls=NULLS)
     assert (done["inputs"], done["computed"]) == (1, 1)
     assert files(tmp_path) == files(diagnosed)
+
+
+def test_a_diagnosed_session_is_read(diagnosed, log):
+    session = roadbench.read(diagnosed, frames="arrow").session(log.stem)
+    assert "causes" in session and session["causes"].num_rows > 0 and "sessions" not in session
+    assert "no coefficients" in session._repr_html_() and [s.id for s in roadbench.read(diagnosed).sessions()] == [log.stem]
+    with pytest.raises(roadbench.NoTable, match="no table `sessions`; there are .*causes"):
+        session.info  # noqa: B018
 
 
 def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
@@ -54,18 +62,18 @@ def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
 
 def test_what_a_diagnosis_identified_is_removed_as_on_the_command_line(diagnosed, log, tmp_path):
     (here, there) = (tmp_path / "here", tmp_path / "there")
-    roadbench.run(log, here, ARCHIVE / "bikes", model=diagnosed)
+    roadbench.run(log, here, bikes=ARCHIVE / "bikes", model=diagnosed)
     command("run", log, "--bikes", ARCHIVE / "bikes", "--out", there, "--model", diagnosed)
     assert files(here) == files(there)
     with pytest.raises(ValueError):
-        roadbench.run(log, tmp_path / "none", ARCHIVE / "bikes", model=tmp_path / "none")
+        roadbench.run(log, tmp_path / "none", bikes=ARCHIVE / "bikes", model=tmp_path / "none")
 
 
 def test_too_few_nulls_are_refused(log, bike, tmp_path):
     with pytest.raises(ValueError, match="fewer than 8"):
         roadbench.diagnose_session(log, bike, nulls=2)
     with pytest.raises(ValueError, match="fewer than 8"):
-        roadbench.diagnose(log, tmp_path / "out", ARCHIVE / "bikes", nulls=2)
+        roadbench.diagnose(log, tmp_path / "out", bikes=ARCHIVE / "bikes", nulls=2)
     assert not (tmp_path / "out").exists()
 
 
@@ -82,7 +90,7 @@ def test_plan_is_that_of_the_command():
 def test_compare_is_that_of_the_command(tmp_path):
     logs = sorted((ARCHIVE / "sessions" / "bike=archive_01").rglob("*.parquet"))[:2]
     out = tmp_path / "out"
-    roadbench.run(logs, out, ARCHIVE / "bikes")
+    roadbench.run(logs, out, bikes=ARCHIVE / "bikes")
     table = pa.table(roadbench.compare(out, logs[0].stem, "others"))
     lines = command("compare", out, logs[0].stem, "others", "--json").splitlines()
     assert table.num_rows == len(lines) > 20

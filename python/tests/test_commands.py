@@ -22,11 +22,11 @@ def test_what_a_command_refuses_is_an_error_with_its_words(tmp_path):
 
 def test_a_bike_file_is_written_and_not_over_another(tmp_path):
     given = {"class_": "naked", "front": "120/70ZR17", "rear": "180/55ZR17", "weight": 265}
-    path = roadbench.bike_new("mine", tmp_path, **given)
+    path = roadbench.bike_new("mine", folder=tmp_path, **given)
     assert "wheelbase" in open(path).read()
     with pytest.raises(roadbench.Error):
-        roadbench.bike_new("mine", tmp_path, **given)
-    assert roadbench.bike_new("mine", tmp_path, force=True, **given) == path
+        roadbench.bike_new("mine", folder=tmp_path, **given)
+    assert roadbench.bike_new("mine", folder=tmp_path, force=True, **given) == path
 
 
 def test_a_map_is_drafted():
@@ -35,7 +35,7 @@ def test_a_map_is_drafted():
 
 
 def test_an_output_is_verified_reported_and_shortened(log, tmp_path):
-    roadbench.run(log, tmp_path, ARCHIVE / "bikes")
+    roadbench.run(log, tmp_path, bikes=ARCHIVE / "bikes")
     assert roadbench.verify(tmp_path).sound
     assert open(roadbench.report(tmp_path)).read().startswith("<!doctype html>")
     session = log.stem

@@ -8,13 +8,13 @@ import pytest
 
 import roadbench
 from conftest import ARCHIVE, ROOT
-from roadbench import _read
+from roadbench import _folders, _read
 
 fcntl = pytest.importorskip("fcntl")
 FRAMES = ("polars", "pandas", "arrow")
 
 
-def on_disk(out, name):
+def rows_on_disk(out, name):
     return sum(pq.read_metadata(path).num_rows for path in (out / name).rglob("*.parquet"))
 
 
@@ -40,7 +40,7 @@ def test_every_library_gives_every_table(written, frames):
     tables = roadbench.read(written, frames=frames)
     assert {"coefficients", "manoeuvres", "plots", "sessions", "signals", "tyres"} <= set(tables)
     for name in tables:
-        assert tables[name].shape[0] == on_disk(written, name), name
+        assert tables[name].shape[0] == rows_on_disk(written, name), name
     one = roadbench.read(written, "coefficients", frames=frames)
     columns = one.column_names if frames == "arrow" else list(one.columns)
     assert columns == list(tables.descriptions["coefficients"]) and "bike" not in columns
@@ -72,7 +72,7 @@ def test_without_pyarrow_units_are_those_of_the_contract(written, monkeypatch):
 def test_part_of_a_table(written, log):
     tables = roadbench.read(written, frames="arrow")
     part = tables.read("plots", columns=["plot", "x"], session=log.stem)
-    assert part.column_names == ["plot", "x"] and part.num_rows == on_disk(written, "plots")
+    assert part.column_names == ["plot", "x"] and part.num_rows == rows_on_disk(written, "plots")
     for frames in FRAMES:
         assert roadbench.read(written, frames=frames).read("plots", session="another").shape[0] == 0
     assert all(path.endswith(".parquet") for path in tables.files("plots"))
@@ -122,7 +122,7 @@ def test_in_a_with_block_tables_stay_as_they_are(output):
 
 
 def test_a_run_that_was_killed_is_told(output, monkeypatch):
-    monkeypatch.setattr(_read, "_FINISHING", 0.1)
+    monkeypatch.setattr(_folders, "_FINISHING", 0.1)
     (output / ".roadbench" / "next.json").write_text("{}")
     with pytest.warns(UserWarning, match="was killed at it"):
         assert roadbench.read(output, "warnings").shape[0] == 5
@@ -131,7 +131,7 @@ def test_a_run_that_was_killed_is_told(output, monkeypatch):
 def test_while_a_run_works_along(log, tmp_path):
     """Every table that is read is of before or of after."""
     out = tmp_path / "out"
-    roadbench.run(log, out, ARCHIVE / "bikes")
+    roadbench.run(log, out, bikes=ARCHIVE / "bikes")
     before = roadbench.read(out, "coefficients").shape[0]
     run = threading.Thread(target=lambda: roadbench.run(ARCHIVE, out))
     run.start()
@@ -146,25 +146,10 @@ def test_while_a_run_works_along(log, tmp_path):
     assert len(seen) > 5
 
 
-def test_from_an_object_store(output, monkeypatch):
-    server = pytest.importorskip("moto.server")
-    boto3 = pytest.importorskip("boto3")
-    served = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-    served.start()
-    try:
-        host, port = served.get_host_and_port()
-        for name, value in {"AWS_ENDPOINT": f"http://{host}:{port}", "AWS_ACCESS_KEY_ID": "test",
-                            "AWS_SECRET_ACCESS_KEY": "test", "AWS_REGION": "us-east-1"}.items():  # fmt: skip
-            monkeypatch.setenv(name, value)
-        client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
-        client.create_bucket(Bucket="fleet")
-        for path in output.rglob("*.parquet"):
-            client.upload_file(str(path), "fleet", f"tables/{path.relative_to(output)}")
-        tables = roadbench.read("s3://fleet/tables")
-        assert list(tables) == ["warnings"] and tables["warnings"].shape[0] == 5
-        assert tables.descriptions["warnings"]
-    finally:
-        served.stop()
+def test_from_an_object_store(output, bucket):
+    tables = roadbench.read(bucket(output))
+    assert list(tables) == ["warnings"] and tables["warnings"].shape[0] == 5
+    assert tables.descriptions["warnings"]
 
 
 def test_the_truth_of_an_archive_is_read_too():

@@ -62,13 +62,13 @@ def same_files(out, alone):
 
 def test_a_cluster_gives_the_files_of_one_machine(spark, archive, alone, tmp_path):
     start = time.monotonic()
-    done = on_spark.run(spark, archive, None, tmp_path / "out")
+    done = on_spark.run(spark, archive, tmp_path / "out")
     print(f"\n{SESSIONS} sessions on two workers: {time.monotonic() - start:.1f} s")
     accounted(done)
     same_files(tmp_path / "out", alone)
     assert json.loads((tmp_path / "out" / "run.json").read_text()) == done
     # nothing has changed: neither for the cluster nor for one machine
-    again = on_spark.run(spark, archive, None, tmp_path / "out")
+    again = on_spark.run(spark, archive, tmp_path / "out")
     assert (again["computed"], again["unchanged"], again["rejected"]) == (0, SESSIONS, 3)
     said = roadbench("run", archive, "--out", tmp_path / "out", "--dry-run")
     assert f" 0 to compute, {SESSIONS} unchanged, 3 to reject" in said
@@ -81,10 +81,10 @@ def test_two_runs_on_one_output(spark, archive, tmp_path):
                "maps": [], "force": False, "since": None}
     first = _roadbench.Driver(json.dumps(options))
     with pytest.raises(ValueError, match="another roadbench is writing"):
-        on_spark.run(spark, archive, None, tmp_path)
+        on_spark.run(spark, archive, tmp_path)
     first.abandon()
     with pytest.raises(ValueError, match="holds no logs"):
-        on_spark.run(spark, archive / "bikes", archive / "bikes", tmp_path)
+        on_spark.run(spark, archive / "bikes", tmp_path, bikes=archive / "bikes")
 
 
 def test_a_killed_worker(spark, cluster, archive, alone, tmp_path):
@@ -103,7 +103,7 @@ def test_a_killed_worker(spark, cluster, archive, alone, tmp_path):
 
     killer = threading.Thread(target=kill)
     killer.start()
-    done = on_spark.run(spark, archive, None, out)
+    done = on_spark.run(spark, archive, out)
     killer.join()
     print(f"\none of two workers killed after {killed_at} of {SESSIONS} sessions: {done['seconds']:.1f} s")
     assert killed_at and killed_at[0] < SESSIONS, "it was killed in between"
