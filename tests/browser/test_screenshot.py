@@ -47,9 +47,9 @@ def test_screenshot(browser, tmp_path):
     browser.size(WIDTH, HEIGHT)
     browser.open(tmp_path / "out/report/archive_s0001.html")
     browser.wait(
-        "const h = [...document.querySelectorAll('h2, h3')].find(h => h.textContent.trim() == 'Vehicle');"
+        "const h = [...document.querySelectorAll('h2, h3')].find(h => h.textContent.trim() == 'Tyres');"
         "if (h) window.scrollTo(0, h.getBoundingClientRect().top + scrollY - 64); return !!h;",
-        what="the heading of the vehicle",
+        what="the heading of the tyres",
     )
     browser.settle()
     browser.settle()
