@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::cli::failure::Failure;
 use crate::cli::log::rejected;
 use crate::cli::number::number;
+use crate::cli::say;
 use crate::cli::say::tell;
 use crate::ingest;
 use crate::ingest::checks::aids::Aids;
@@ -141,6 +142,10 @@ impl SourceInspection {
         }
         let longest = self.channels.iter().map(|c| c.full().chars().count()).max().unwrap_or(0);
         let width = longest.clamp(8, 44) + 2;
+        if say::line_width() < width + FIGURES {
+            self.write_narrow(longest.clamp(8, 30) + 2, out)?;
+            return self.write_rest(out);
+        }
         writeln!(
             out,
             "\n{:<width$}{:>8}{:>9}{:>9}{:>9}{:>6}{:>9}{:>11}{:>11}{:>11}",
@@ -172,6 +177,30 @@ impl SourceInspection {
                 number(c.max),
             )?;
         }
+        self.write_rest(out)
+    }
+
+    /// Without rate, samples and gaps, in 80 columns.
+    fn write_narrow(&self, width: usize, out: &mut String) -> std::fmt::Result {
+        writeln!(
+            out,
+            "\n{:<width$}{:>7}{:>9}{:>10}{:>10}{:>10}",
+            "channel", "unit", "missing", "min", "median", "max"
+        )?;
+        for c in &self.channels {
+            let unit = c.unit.as_deref().unwrap_or("-");
+            let [min, median, max] = [c.min, c.median, c.max].map(number);
+            writeln!(
+                out,
+                "{:<width$}{unit:>7}{:>9}{min:>10}{median:>10}{max:>10}",
+                c.full(),
+                c.missing
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_rest(&self, out: &mut String) -> std::fmt::Result {
         if !self.warnings.is_empty() {
             writeln!(out, "\nWarnings")?;
         }
@@ -186,6 +215,9 @@ impl SourceInspection {
         )
     }
 }
+
+/// Width of all figures of a channel.
+const FIGURES: usize = 84;
 
 impl SourceFacts {
     fn full(&self) -> String {

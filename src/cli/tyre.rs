@@ -7,12 +7,14 @@ use clap::builder::NonEmptyStringValueParser;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
+use crate::cli::say;
 use crate::cli::say::{note, put, say};
 use crate::cli::tyre_measured::against_measured;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::effects::tyre_file;
 use crate::simulate::lateral_bench::LateralBench;
 use crate::simulate::tyre_truth::{Bench, bench};
+use crate::statistics::number_format::fixed;
 use crate::store::objects::Location;
 use crate::store::tables::file;
 use crate::store::tables::output;
@@ -123,20 +125,28 @@ fn print_upright(benches: &[LateralBench<'_>]) {
     line("relaxation length", "m", |b| b.relaxation_length);
 }
 
+/// Width of a camber.
+const LABEL: usize = 9;
+
 /// Lateral friction over slip angle and camber; of two tyres their difference too.
 fn print_lateral(benches: &[LateralBench<'_>]) {
-    say!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across:");
-    put!("{:>9}", "camber");
-    for slip in SLIPS {
-        put!(" {slip:>14} deg");
-    }
+    say!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across, deg:");
+    let cell = if benches.len() > 1 { 14 } else { 9 };
+    let whole = LABEL + cell * SLIPS.len() <= say::line_width();
+    // where they do not fit, those in between are left out
+    let slips: Vec<f64> = SLIPS
+        .into_iter()
+        .filter(|slip| whole || slip.rem_euclid(2.0) != 0.0 || *slip == 0.0)
+        .collect();
+    put!("{:>LABEL$}", "camber");
+    slips.iter().for_each(|slip| put!("{slip:>cell$}"));
     say!();
     for camber in CAMBERS {
-        put!("{:5} deg", -camber);
-        for slip in SLIPS {
+        put!("{:>5} deg", 0.0 - camber);
+        for slip in &slips {
             let values: Vec<String> =
-                benches.iter().map(|b| format!("{:8.3}", b.at(slip, -camber))).collect();
-            put!(" {:>18}", values.join(" /"));
+                benches.iter().map(|b| fixed(b.at(*slip, -camber), 3)).collect();
+            put!("{:>cell$}", values.join("/"));
         }
         say!();
     }
@@ -144,7 +154,7 @@ fn print_lateral(benches: &[LateralBench<'_>]) {
     say!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
     for camber in CAMBERS {
         let [most, rms] = one.difference(other, -camber);
-        say!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
+        say!("{:>5} deg  largest {most:.3}  rms {rms:.3}", 0.0 - camber);
     }
 }
 

@@ -303,7 +303,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "No, and it is known why.",
             "2 causes are identified:",
             "the velocity comes late",
-            "19.6\u{a0}ms",
+            "19.6 ms",
             "−0.69°",
             "found over all rides of the bike",
             "acceleration (−0.90)",
@@ -384,7 +384,7 @@ fn a_report_of_diagnoses_alone_has_an_index() {
         &[
             "Diagnoses of 4 riding sessions",
             "href=\"diagnosis_named-1.html\"",
-            "the velocity comes late <span class=\"size\">19.6\u{a0}ms</span>",
+            "the velocity comes late <span class=\"size\">19.6 ms</span>",
             "or the roll sensor does not read zero upright",
             "nothing that this ride could show",
             ">unexplained<",
