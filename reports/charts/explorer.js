@@ -26,19 +26,17 @@ const number = name => Number(controls[name].value);
 const setting = () => ({ load: number("load"), gamma: number("camber") / DEGREES, mu: number("mu"), angle: number("angle") / DEGREES, slip: number("slip") / 100 });
 
 // Each view: axes, abscissae, value with what is below and above it, whether a place was ridden, what it needs.
-// A side force is known best in steady corners: away from their slip angle the stiffness' error comes on top.
+// A side force is -(k_alpha angle + k_gamma camber): both stiffnesses have the error of one fit, and where they pull
+// against each other it does not cancel, as their ratio is assumed.
 const sideBand = (t, angle, gamma, load, mu) => {
-  // as a left-hand corner, whose camber is negative and whose side force is positive
-  const side = gamma > 0 ? -1 : 1, g = -Math.abs(gamma), turned = side * angle, stiff = t.off("stiffness", -g);
-  const steady = g === 0 ? { y: 0, low: 0, high: 0 } : t.off("side", g), most = t.circle(mu) * load;
-  const force = side * t.forces(0, angle, gamma, load, mu)[1];
-  if (!stiff || !steady || Math.abs(force) >= 0.999 * most) return null;
-  // the steady corner's slip angle is where the model has its side force
-  const away = turned + steady.y / stiff.y + t.parameters.side_force_ratio * g;
-  const [less, more] = away > 0 ? [stiff.high, stiff.low] : [stiff.low, stiff.high];
-  const low = Math.hypot(steady.low, away * less) * load, high = Math.hypot(steady.high, away * more) * load;
-  const ends = [Math.min(low, force + most), Math.min(high, most - force)]; // no more than the road holds
-  return side > 0 ? ends : ends.reverse();
+  const alphas = t.off("stiffness", Math.abs(gamma)), gammas = t.off("camber", Math.abs(gamma)), most = t.circle(mu) * load;
+  const force = t.forces(0, angle, gamma, load, mu)[1];
+  if (!alphas || !gammas || Math.abs(force) >= 0.999 * most) return null;
+  // a larger stiffness makes a negative force of a positive angle larger
+  const of = (x, b) => x > 0 ? [x * b.high, x * b.low] : [-x * b.low, -x * b.high];
+  const [a, g] = [of(angle, alphas), of(gamma, gammas)], apart = angle * gamma < 0;
+  const [low, high] = [0, 1].map(i => (apart ? Math.hypot(a[i], g[i]) : a[i] + g[i]) * load);
+  return [Math.min(low, force + most), Math.min(high, most - force)]; // no more than the road holds
 };
 // friction is fitted to straight-line braking
 const upright = s => Math.abs(s.gamma) < 0.09;
@@ -65,7 +63,7 @@ const VIEWS = {
   leaning: {
     x: { label: "camber", unit: "\u00b0" }, y: { label: "side force Fy", unit: "N" }, range: [-55, 55], needs: "lateral",
     value: (t, x, s) => t.forces(0, s.angle, x / DEGREES, s.load, s.mu)[1], band: (t, x, s) => sideBand(t, s.angle, x / DEGREES, s.load, s.mu),
-    ridden: (t, x, s) => ridden(x / DEGREES, both(t.ridden.camber)) && ridden(s.angle, both(t.ridden.angle)), uses: ["load", "mu", "angle"],
+    ridden: (t, x, s) => ridden(x / DEGREES, both(t.ridden.camber)) && ridden(s.angle, both(t.ridden.angle)), uses: ["load", "camber", "mu", "angle"],
   },
   combined: {
     x: { label: "longitudinal force Fx", unit: "N" }, y: { label: "side force Fy", unit: "N" }, equal: true, needs: "both", uses: ["load", "camber", "mu"],
@@ -79,7 +77,7 @@ const VIEWS = {
     x: { label: "camber", unit: "\u00b0" }, y: { label: "overturning moment Mx", unit: "N m" }, range: [-55, 55], needs: "lateral",
     value: (t, x, s) => t.forces(0, 0, x / DEGREES, s.load, s.mu)[2],
     band: (t, x, s) => t.crown && t.crown.map(size => Math.abs(size * s.load * Math.tan(x / DEGREES))),
-    ridden: (t, x) => ridden(x / DEGREES, both(t.ridden.camber)), uses: ["load"],
+    ridden: (t, x) => ridden(x / DEGREES, both(t.ridden.camber)), uses: ["load", "camber", "mu"],
   },
 };
 const ANGLES = [0, 1, 2, 4, 8];
@@ -150,6 +148,15 @@ const paint = () => {
         k.stroke();
       });
       i = j;
+    }
+  }
+  if (controls.show.value === "combined" && shown.length) {
+    ctx.font = `${11 * px}px system-ui, sans-serif`;
+    ctx.textAlign = "center";
+    for (const c of shown[0].curves.filter(c => !c.rim)) {
+      const p = c.points[STEPS / 2];
+      ctx.fillStyle = shown[0].colour();
+      ctx.fillText(c.name.replace("slip angle ", ""), u.valToPos(p.x, "x", true), u.valToPos(p.y, "y", true) - 4 * px);
     }
   }
   if (controls.show.value !== "combined") for (const p of bench()) {
@@ -255,7 +262,7 @@ const stiffness = (t, s, ratio, band) => {
 };
 const tabulate = s => {
   const head = at("numbers-head"), body = at("numbers-body");
-  head.replaceChildren(make("th", "", null, "At this load, camber and road"));
+  head.replaceChildren(make("th", "", null, `At ${s.load} N, camber ${minus(controls.camber.value)}\u00b0, road ${s.mu}`));
   head.firstChild.scope = "col";
   for (const { tyre } of shown) for (const text of [tyre.name, "95 % interval"]) make("th", "n", head, text).scope = "col";
   body.replaceChildren(...NUMBERS.map(([label, half, of]) => {
@@ -326,11 +333,12 @@ const fromAddress = () => {
 
 const csv = () => {
   const view = VIEWS[controls.show.value];
-  const given = [controls.load, controls.camber, controls.mu, controls.slip, controls.angle].map(c => c.value);
+  const of = { load: "load (N)", camber: "camber (deg)", mu: "road friction", slip: "slip ratio (%)", angle: "slip angle (deg)" };
+  const given = Object.keys(of).filter(name => view.uses.includes(name) && of[name] !== headed(view.x));
   return rowsOf([
-    ["tyre", "curve", headed(view.x), headed(view.y), "ci95_low", "ci95_high", "ridden", "load (N)", "camber (deg)", "road friction", "slip ratio (%)", "slip angle (deg)"],
+    ["tyre", "curve", headed(view.x), headed(view.y), "ci95_low", "ci95_high", "ridden", ...given.map(name => of[name])],
     ...shown.flatMap(o => o.curves.flatMap(c => c.points.map(p =>
-      [o.tyre.name, c.name.replace("\u00b0", " deg"), p.x, p.y, p.low, p.high, p.ridden, ...given]))),
+      [o.tyre.name, c.name.replace("\u00b0", " deg"), p.x, p.y, p.low, p.high, p.ridden, ...given.map(name => controls[name].value)]))),
   ]);
 };
 at("csv").addEventListener("click", () => save(new Blob([csv()], { type: "text/csv" }), `tyre_${controls.show.value}.csv`));

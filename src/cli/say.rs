@@ -33,17 +33,23 @@ pub(crate) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Columns of lines on stdout: the terminal's, from 80 to 120; 100 where there is none.
+/// Columns of lines on stdout: the terminal's, else those of `COLUMNS`, from 80 to 120; 100 where there is none.
 pub(crate) fn width() -> usize {
     let of_terminal = terminal_size::terminal_size_of(std::io::stdout());
-    of_terminal.map_or(WIDTH, |(columns, _)| usize::from(columns.0).clamp(80, 120))
+    let columns = of_terminal.map(|(columns, _)| usize::from(columns.0)).or_else(asked);
+    columns.map_or(WIDTH, |columns| columns.clamp(80, 120))
+}
+
+/// Columns that `COLUMNS` asks for where there is no terminal.
+fn asked() -> Option<usize> {
+    std::env::var("COLUMNS").ok()?.trim().parse().ok()
 }
 
 /// Columns that free text is wrapped to: the terminal's; elsewhere a line stays whole, for whatever reads it.
 pub(crate) fn line_width() -> usize {
     match terminal_size::terminal_size_of(std::io::stdout()) {
-        Some(_) => width(),
-        None => usize::MAX,
+        None if asked().is_none() => usize::MAX,
+        _ => width(),
     }
 }
 

@@ -21,11 +21,13 @@ pub enum FileKind {
     Model,
     /// A tyre.
     Tyre,
+    /// Coefficients with intervals.
+    Coefficients,
 }
 
 impl FileKind {
     /// Every kind.
-    pub const ALL: [FileKind; 7] = [
+    pub const ALL: [FileKind; 8] = [
         FileKind::Bike,
         FileKind::Motorcycle,
         FileKind::ChannelMap,
@@ -33,6 +35,7 @@ impl FileKind {
         FileKind::Pipeline,
         FileKind::Model,
         FileKind::Tyre,
+        FileKind::Coefficients,
     ];
 
     /// What it is called, with its article.
@@ -45,6 +48,7 @@ impl FileKind {
             FileKind::Pipeline => "a pipeline",
             FileKind::Model => "a model of `diagnose`",
             FileKind::Tyre => "a tyre file",
+            FileKind::Coefficients => "a file of coefficients",
         }
     }
 
@@ -66,7 +70,10 @@ impl FileKind {
             }
             FileKind::Model => "models are for `--model`; `roadbench diagnose` writes them",
             FileKind::Tyre => {
-                "tyre files are for `tyre`, `--front-tyre` and `--rear-tyre`; `roadbench export` writes them"
+                "tyre files are for `tyre`, `--front-tyre` and `--rear-tyre`; `roadbench export --format simulator` writes them"
+            }
+            FileKind::Coefficients => {
+                "coefficients with intervals are what `roadbench export --format toml` writes, for people"
             }
         }
     }
@@ -93,6 +100,10 @@ impl FileKind {
             }
             FileKind::Model => has("session_id") && has("bike_id"),
             FileKind::Tyre => has("nominal_load") && is_table("tyre"),
+            FileKind::Coefficients => {
+                let of_session = |t: &Table| t.contains_key("pipeline_hash");
+                table.get("session").and_then(Value::as_table).is_some_and(of_session)
+            }
         }
     }
 

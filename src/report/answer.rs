@@ -18,6 +18,26 @@ pub(crate) const ASKED: [(C, &str); 7] = [
     (C::EngagedFrictionBraking, "friction braking"),
     (C::EngagedFrictionDriving, "friction driving"),
 ];
+/// What these words mean, for who hovers over them.
+const EXPLAINED: [(&str, &str); 8] = [
+    ("peak friction", "Largest longitudinal force over the wheel's load, on the road of the ride"),
+    ("cornering stiffness", "Side force per slip angle over the load, upright, per radian"),
+    ("camber stiffness", "Side force per lean of the wheel over the load, upright, per radian"),
+    (
+        "crown radius",
+        "Radius of the tyre's cross-section: how far the contact moves sideways with lean",
+    ),
+    ("rolling radius", "Distance per turn of the free rolling wheel, over two pi"),
+    ("friction braking", "Longitudinal force over load that braking reached off the road"),
+    ("friction driving", "Longitudinal force over load that driving reached off the road"),
+    ("slip stiffness", "Longitudinal force per slip ratio over the load, at small slips"),
+];
+
+/// What the words of [`ASKED`] mean.
+pub(crate) fn explained(words: &str) -> &'static str {
+    EXPLAINED.iter().find(|(w, _)| *w == words).map_or("", |(_, text)| text)
+}
+
 /// Asked of the tyre where its peak friction is not known.
 const INSTEAD: (C, &str) = (C::SlipStiffness, "slip stiffness");
 /// Advice that is given.

@@ -39,7 +39,9 @@ def choose(browser, id, value):
 
 
 def downloaded(browser):
-    return list(csv.DictReader(io.StringIO(browser.js("return document.getElementById('data').csv()"))))
+    lines = list(csv.reader(io.StringIO(browser.js("return document.getElementById('data').csv()"))))
+    assert len(set(lines[0])) == len(lines[0]), lines[0]
+    return [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
 
 
 def test_the_page_computes_what_the_program_exports(explored, browser):
@@ -83,6 +85,34 @@ def test_the_bands_are_those_of_the_table(explored, browser):
         )
         chosen = float(browser.js("return document.getElementById('load').value"))
         assert float(cells[0]) == pytest.approx(row["value"] * chosen * math.pi / 180, abs=0.06), (cells, load)
+
+
+def test_intervals_of_side_forces_contain_the_truth(explored, browser):
+    """Leaning by 30 degrees, at three slip angles: the simulated tyres are of the model itself."""
+    import pyarrow.parquet as pq
+
+    truth = pq.read_table(ROOT / "fixtures/archive/truth/coefficients", partitioning=None).to_pylist()
+    true = {(r["session_id"], r["tyre"], r["coefficient"]): r["value"] for r in truth}
+    browser.open(explored / "report/tyres.html")
+    choose(browser, "tyre-b", "")
+    choose(browser, "show", "leaning")
+    choose(browser, "load", 1200)
+    checked = 0
+    for session, tyre in [(s, t) for s in ("archive_s0001", "archive_s0008") for t in ("front", "rear")]:
+        choose(browser, "tyre-a", place(browser, session, tyre))
+        ct, c1, c3, ratio = (true[session, tyre, k] for k in ("lateral_friction_ct", "slip_camber_c1", "slip_camber_c3", "side_force_ratio"))
+        for angle in (-1, 0, 1):
+            choose(browser, "angle", angle)
+            for row in downloaded(browser):
+                camber = float(row["camber (deg)"])
+                if abs(abs(camber) - 30) > 1 or not row["ci95_low"]:
+                    continue
+                g, alpha = math.radians(camber), math.radians(angle)
+                stiffness = -ct * math.tan(g) / (c1 * g + c3 * g**3 + ratio * g)
+                force = -stiffness * (alpha + ratio * g) * 1200
+                assert float(row["ci95_low"]) <= force <= float(row["ci95_high"]), (session, tyre, row, force)
+                checked += 1
+    assert checked > 40, checked
 
 
 def test_sliders_views_and_links(explored, browser):

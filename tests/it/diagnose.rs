@@ -132,6 +132,8 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
     }
     let first = &d.causes[0];
     assert!(first.gain_heldout.expect("gain") > 100.0 && first.false_alarm_rate == 0.0);
+    let late = d.causes.iter().find(|c| c.effect == "latency").expect("a row");
+    assert!(late.reason.contains("ms and corrects them"), "{}", late.reason);
     // the misfit that they made is seen, and gone with them
     let worst = d
         .discrepancies

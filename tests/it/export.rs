@@ -355,3 +355,19 @@ fn the_row_of_parameters_is_the_exported_tyre() {
         assert!(row.longitudinal && row.lateral && row.ridden_camber.is_some_and(|g| g > 0.3));
     }
 }
+
+/// Coefficients are no tyre of the simulator: the message says which format is.
+#[test]
+fn coefficients_given_as_a_tyre_say_which_format_is() {
+    let (folder, out) = ridden();
+    let file = folder.path().join("tyre.toml").to_string_lossy().into_owned();
+    roadbench(&["export", &out, "--session", SESSION, "--format", "toml", "--out", &file]);
+    let mut command = Command::cargo_bin("roadbench").expect("binary");
+    let output = command.args(["tyre", &file]).output().expect("the binary ran");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("a file of coefficients") && said.contains("--format simulator"),
+        "{said}"
+    );
+}

@@ -3,6 +3,7 @@
 use super::difference::Difference;
 use super::numbers::{History, Number};
 use super::search::{Change, Rides};
+use crate::report::readable;
 use crate::statistics::number_format::{decimals, fixed};
 use crate::store::tables::changes::{head, is_change, place};
 use crate::store::tables::rows::ChangeRow;
@@ -58,9 +59,18 @@ pub(crate) fn parameter(name: &str) -> &str {
     PARAMETERS.iter().find(|(known, _)| *known == name).map_or(name, |(_, words)| words)
 }
 
+/// The unit that a number is read in, with the blank before it, and the factor to it. A share that is no effect's stays one:
+/// per cent of it would be read as relative.
+pub(crate) fn unit(number: &Number) -> (String, f64) {
+    match number.effect {
+        None if number.unit == "1" => (String::new(), 1.0),
+        _ => readable::unit(&number.unit),
+    }
+}
+
 /// A size with its interval and unit: `2.02 m/s (1.84 to 2.20)`, or `about 0.020` where there is no interval.
-pub(crate) fn size(value: f64, half_width: f64, unit: &str) -> String {
-    let space = if unit == "1" { String::new() } else { format!(" {unit}") };
+pub(crate) fn size(value: f64, half_width: f64, (space, factor): (String, f64)) -> String {
+    let [value, half_width] = [value, half_width].map(|x| x * factor);
     if !half_width.is_finite() {
         return format!("about {}{space}", fixed(value, decimals(value.abs())));
     }
@@ -94,7 +104,7 @@ pub(crate) fn from(rides: Rides, others: usize) -> String {
 /// A change as a sentence, and `from` which rides.
 pub(crate) fn sentence(history: &History, change: &Change, from: &str) -> String {
     let number = &history.numbers[change.cause];
-    let size = size(change.size, change.half_width, &number.unit);
+    let size = size(change.size, change.half_width, unit(number));
     let text = match number.effect {
         Some(effect) => {
             let what = effect.sentence_of(change.size);
@@ -112,9 +122,9 @@ pub(crate) fn sentence(history: &History, change: &Change, from: &str) -> String
     }
 }
 
-/// A number that moved, by how much, and over its standard error: `radius_front 0.00061 m (t 7.3)`.
+/// A number that moved, by how much, and over its standard error: `radius_front 0.61 mm (t 7.3)`.
 pub(crate) fn moved(number: &Number, by: Difference) -> String {
-    let value = fixed(by.size, decimals(by.error));
-    let unit = if number.unit == "1" { String::new() } else { format!(" {}", number.unit) };
+    let (unit, factor) = unit(number);
+    let value = fixed(by.size * factor, decimals(by.error * factor));
     format!("{} {value}{unit} (t {:.1})", number.name, by.t())
 }

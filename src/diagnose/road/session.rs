@@ -180,7 +180,7 @@ pub fn fitted<'a>(
         return Err(refuse(RejectionCode::TooFewManoeuvres, message));
     }
     let base = base::fit(&samples, &Parameters::new(bike, solution));
-    let latency = solution.inputs.zeros.latency;
+    let latency = ridden.latency;
     Ok(Fitted { session, ridden, samples, base, latency })
 }
 

@@ -40,6 +40,13 @@ pub(crate) struct Diagnosed {
     changes: Vec<ChangeRow>,
 }
 
+/// A sentence of the terminal without the name of the effect, which stands between backticks after a semicolon.
+fn without_key(sentence: &str) -> String {
+    let Some(from) = sentence.find("; `") else { return sentence.to_owned() };
+    let Some(length) = sentence[from + 3..].find('`') else { return sentence.to_owned() };
+    format!("{}{}", &sentence[..from], &sentence[from + 3 + length + 1..])
+}
+
 #[derive(Debug)]
 struct Session {
     ident: Ident,
@@ -115,7 +122,8 @@ impl Diagnosed {
         let sessions: Vec<Vec<CauseRow>> =
             self.sessions.iter().map(|s| self.rows(&s.ident).0.to_vec()).collect();
         let said = answer::said(&sessions, &self.shared);
-        said.iter().map(|sentence| typeset_sentence(&sentence.replace('`', ""))).collect()
+        let named = |sentence: &String| typeset_sentence(&without_key(sentence));
+        said.iter().map(named).collect()
     }
 
     /// What was found in a session, in clauses.

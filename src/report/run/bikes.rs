@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use crate::contract::coefficient::{Coefficient as C, Part};
-use crate::report::answer::ASKED;
+use crate::report::answer::{ASKED, explained};
 use crate::report::tables::RunTables;
 use crate::report::{inline_svg, labels};
 use crate::statistics::number_format::{self, fixed, typeset};
@@ -47,6 +47,8 @@ pub(crate) struct TyrePart {
 pub(crate) struct Main {
     /// In a person's words.
     pub label: &'static str,
+    /// What they mean.
+    pub explained: &'static str,
     /// With its unit; empty where no ride determines it.
     pub value: String,
     /// 95 %, of all rides together; empty where these do not give one.
@@ -170,7 +172,8 @@ fn main(rows: &[Overview], pooled: &[&TyreRow]) -> Vec<Main> {
             None => (format!("{}{unit}", row.median), String::new()),
         };
         let of = [row.determined, row.of];
-        Some(Main { label, value, interval, of, strip: row.strip.clone() })
+        let strip = row.strip.clone();
+        Some(Main { label, explained: explained(label), value, interval, of, strip })
     };
     let is_of_tyre = rows.iter().any(|r| r.tyre != Part::Vehicle.name());
     ASKED.into_iter().filter(|_| is_of_tyre).filter_map(of).collect()

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::contract::coefficient::{Coefficient as C, Part};
-use crate::report::answer::ASKED;
+use crate::report::answer::{ASKED, explained};
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::{inline_svg, labels};
 use crate::statistics::number_format::typeset;
@@ -25,6 +25,8 @@ pub(crate) struct Card {
 pub(crate) struct Main {
     /// In a person's words.
     pub label: &'static str,
+    /// What they mean.
+    pub explained: &'static str,
     /// With its unit; empty where the ride does not determine it.
     pub value: String,
     /// 95 %.
@@ -63,6 +65,7 @@ fn main(c: &Coefficient, label: &'static str) -> Main {
     match c.status {
         Status::Ok => Main {
             label,
+            explained: explained(label),
             value: typeset(&format!("{}{unit}", text.value)),
             interval: typeset(&text.interval(" to ")),
             bar: inline_svg::interval(c.value, c.ci95_low, c.ci95_high),
@@ -70,6 +73,7 @@ fn main(c: &Coefficient, label: &'static str) -> Main {
         },
         Status::LowerBound => Main {
             label,
+            explained: explained(label),
             value: typeset(&format!("{}{unit}", text.interval(""))),
             interval: String::new(),
             bar: String::new(),
@@ -79,7 +83,7 @@ fn main(c: &Coefficient, label: &'static str) -> Main {
             let words = status.words();
             let note = c.advice.as_ref().map_or(words.to_owned(), |a| format!("{words}: {a}"));
             let (value, interval, bar) = Default::default();
-            Main { label, value, interval, bar, note }
+            Main { label, explained: explained(label), value, interval, bar, note }
         }
     }
 }

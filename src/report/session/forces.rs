@@ -223,22 +223,28 @@ fn flown(flights: &[&Manoeuvre]) -> Option<String> {
     })
 }
 
-/// What is asked of an off-road ride first: the largest load of each wheel by the first rider model, where, and the flights.
+/// What is asked of an off-road ride first: the largest load of each wheel by the first rider model, where and when, and the
+/// flights.
 pub(crate) fn answer(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> Option<String> {
     let first = rows.first()?;
-    let forces = summarise(rows);
-    let mut parts = Vec::new();
-    for (force, wheel) in [("load_front", "front"), ("load_rear", "rear")] {
-        let of_force = forces.iter().filter(|f| f.force == force);
-        let own =
-            of_force.filter_map(|f| Some((f, f.riders.iter().find(|s| s.rider == first.rider)?)));
-        let largest = own.max_by(|a, b| a.1.peak.total_cmp(&b.1.peak));
-        if let Some((f, sum)) = largest {
-            parts.push(format!("{wheel} {} N ({})", fixed(sum.peak, 0), kinds::label(&f.kind)));
-        }
-    }
     let is_flight = |m: &&Manoeuvre| kinds::declaration(&m.kind).peak == Peak::Flight;
     let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(is_flight).collect();
+    let of_wheel = |(force, wheel, landing): (&str, &str, fn(&Manoeuvre) -> Option<f64>)| {
+        let own = rows.iter().filter(|r| r.force == force && r.rider == first.rider);
+        let ridden = own.filter_map(|r| {
+            let start = manoeuvres.iter().find(|m| m.manoeuvre_id == r.manoeuvre_id)?.start;
+            Some((r.peak?, kinds::label(&r.kind), start))
+        });
+        let landed =
+            flights.iter().filter_map(|m| Some((landing(m)?, "landing".to_owned(), m.end)));
+        let (peak, kind, time) = ridden.chain(landed).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!("{wheel} {} N ({kind}, at {} s)", fixed(peak, 0), fixed(time, 0)))
+    };
+    let wheels: [(&str, &str, fn(&Manoeuvre) -> Option<f64>); 2] = [
+        ("load_front", "front", |m| m.landing_load_front),
+        ("load_rear", "rear", |m| m.landing_load_rear),
+    ];
+    let parts: Vec<String> = wheels.into_iter().filter_map(of_wheel).collect();
     let flown = flown(&flights).map_or(String::new(), |flown| format!("; {flown}"));
     let rider = rider_label(&first.rider);
     (!parts.is_empty())

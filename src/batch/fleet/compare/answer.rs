@@ -69,7 +69,11 @@ pub(crate) fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
             format!("{} {} to {} %", row.tyre, percent(low), percent(high))
         };
         let ends: Vec<String> = friction.iter().map(ends).collect();
-        out.push(format!("No difference in peak friction is seen (95 %: {}).", ends.join(", ")));
+        // the first question
+        out.insert(
+            0,
+            format!("No difference in peak friction is seen (95 %: {}).", ends.join(", ")),
+        );
     }
     if differ.is_empty() && none == 0 {
         return vec![

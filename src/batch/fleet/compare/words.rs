@@ -18,7 +18,7 @@ pub(crate) fn noun(coefficient: &str) -> &str {
         Some(C::EffectiveRollingRadius) => "rolling radius",
         Some(C::Drag) => "aerodynamic drag",
         Some(C::RollingResistance) => "rolling resistance",
-        Some(C::PeakSlip) => "slip at the peak",
+        Some(C::PeakSlip) => "peak slip sigma",
         Some(C::MfB) => "Magic Formula B",
         Some(C::MfC) => "Magic Formula C",
         Some(C::MfD) => "peak friction",
