@@ -18,7 +18,7 @@ def tables(log, bike):
 def test_same_tables_same_rows_same_schemas(written, log, tables):
     there = {p.parts[-3] for p in written.rglob("bike=[!_]*/*.parquet")}
     assert set(tables) == there == {
-        "coefficients", "evidence", "manoeuvres", "warnings", "plots", "signals", "sessions"
+        "coefficients", "evidence", "manoeuvres", "warnings", "plots", "signals", "tyre_parameters", "sessions"
     }
     for name, table in tables.items():
         [path] = (written / name).rglob("bike=[!_]*/*.parquet")  # this session's month, in which it is alone

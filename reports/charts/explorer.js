@@ -245,15 +245,18 @@ const NUMBERS = [
   ["Slip there, %", "longitudinal", (t, s) => {
     let slip = 0;
     for (let i = 1; i <= 400; i++) if (t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0] < t.forces(slip, 0, s.gamma, s.load, s.mu)[0]) slip = -i / 400;
-    return [-100 * slip, null, 1, ""];
+    return [-100 * slip, null, 1, t.peak_slip ? "" : "poorly determined"];
   }],
   ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
   ["Camber stiffness, N per degree of camber", "lateral", (t, s) => stiffness(t, s, t.parameters.side_force_ratio, "camber")],
   ["Side force without slip angle, N", "lateral", (t, s) => {
     const y = t.forces(0, 0, s.gamma, s.load, s.mu)[1];
-    return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, ridden(s.gamma, both(t.ridden.camber)) ? "" : "beyond the camber that was ridden"];
+    return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, ridden(s.gamma, both(t.ridden.camber)) ? "the ride does not determine the stiffness" : "beyond the camber that was ridden"];
   }],
-  ["Radius of the friction circle, N", "longitudinal", (t, s) => [t.circle(s.mu) * s.load, null, 0, ""]],
+  ["Radius of the friction circle, N", "longitudinal", (t, s) => {
+    const known = t.peak && Math.abs(t.parameters.mf_d) >= t.parameters.lateral_peak;
+    return [t.circle(s.mu) * s.load, known ? t.peak.map(size => size * s.mu * s.load) : null, 0, known ? "" : "by the side force that was ridden"];
+  }],
 ];
 const stiffness = (t, s, ratio, band) => {
   const per = s.load / DEGREES, y = ratio * t.kAlpha(s.gamma) * per, b = t.off(band, Math.abs(s.gamma));
@@ -282,11 +285,11 @@ const tabulate = s => {
   }));
 };
 
-const UNITS = { load: "N", camber: "\u00b0", mu: "", angle: "\u00b0", slip: "%" };
+const SLIDERS = ["load", "camber", "mu", "angle", "slip"];
 const refresh = () => {
   const s = setting(), view = VIEWS[controls.show.value], missing = [];
-  for (const name of Object.keys(UNITS)) {
-    at(`${name}-now`).textContent = `${minus(controls[name].value)}${UNITS[name] === "N" || UNITS[name] === "%" ? " " : ""}${UNITS[name]}`;
+  for (const name of SLIDERS) {
+    if (document.activeElement !== at(`${name}-now`)) at(`${name}-now`).value = controls[name].value;
     at(`${name}-row`).hidden = !view.uses.includes(name);
   }
   shown = chosen().flatMap((tyre, i) => tyre ? [{ tyre, colour: () => theme.lines[i === 0 ? 1 : 0] }] : []);
@@ -310,7 +313,7 @@ const refresh = () => {
   tabulate(s);
   // the address is a link to what is shown
   const id = c => c.value === "" ? "" : data.tyres[+c.value].id;
-  const link = new URLSearchParams({ a: id(controls.a), b: id(controls.b), ...Object.fromEntries(["show", ...Object.keys(UNITS)].map(n => [n, controls[n].value])) });
+  const link = new URLSearchParams({ a: id(controls.a), b: id(controls.b), ...Object.fromEntries(["show", ...SLIDERS].map(n => [n, controls[n].value])) });
   history.replaceState(null, "", `#${link}`);
 };
 const fromAddress = () => {
@@ -321,7 +324,7 @@ const fromAddress = () => {
     else if (asked.has(side) && asked.get(side) !== "") at("missing").textContent = "The tyre of this link is not among those of this page.";
     else if (asked.has(side)) controls[side].value = side === "a" ? "0" : "";
   }
-  for (const name of ["show", ...Object.keys(UNITS)]) {
+  for (const name of ["show", ...SLIDERS]) {
     const before = controls[name].value;
     if (asked.has(name)) controls[name].value = asked.get(name);
     if (controls[name].value === "") controls[name].value = before;
@@ -358,6 +361,11 @@ if (wrong) at("missing").textContent = "This browser computes the tyre otherwise
 else if (data.tyres.length) {
   fromAddress();
   for (const c of Object.values(controls)) c.addEventListener("input", refresh);
+  for (const name of SLIDERS) at(`${name}-now`).addEventListener("input", e => {
+    if (e.target.value === "" || !e.target.checkValidity()) return;
+    controls[name].value = e.target.value;
+    refresh();
+  });
   addEventListener("hashchange", () => { fromAddress(); refresh(); });
   keys(holder, () => u, () => { tip.hide(); reset(u, home); }, () => {});
   follow(holder, () => u);

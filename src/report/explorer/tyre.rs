@@ -99,6 +99,10 @@ pub(crate) struct Tyre<'a> {
     bands: Bands,
     /// Overturning stiffness less its interval's lower end, and the upper end less it; null where it is not determined.
     crown: Option<[f64; 2]>,
+    /// Peak friction, likewise.
+    peak: Option<[f64; 2]>,
+    /// Whether the slip of that peak is determined.
+    peak_slip: bool,
     /// Inputs and what the program's model answers.
     check: Vec<([f64; 5], [f64; 4])>,
 }
@@ -123,11 +127,14 @@ impl<'a> Tyre<'a> {
             true => String::new(),
             false => format!(" ({})", details.join(", ")),
         };
-        let crown = coefficients.iter().find(|c| {
-            c.tyre == row.tyre
-                && c.coefficient == C::OverturningStiffness.name()
-                && c.status == Status::Ok
-        });
+        let known = |asked: C| {
+            let is = |c: &&Coefficient| c.tyre == row.tyre && c.coefficient == asked.name();
+            coefficients.iter().find(is).filter(|c| c.status == Status::Ok)
+        };
+        let sizes = |asked: C| {
+            let c = known(asked)?;
+            Some([c.value? - c.ci95_low?, c.ci95_high? - c.value?])
+        };
         Tyre {
             id: format!("{}/{}/{}", ident.bike_id, ident.session_id, row.tyre),
             name: format!("{} {}{details}", ident.session_id, row.tyre),
@@ -148,10 +155,9 @@ impl<'a> Tyre<'a> {
                 stiffness: Band::of(points, &STIFFNESS[k], &K_ALPHA),
                 camber: Band::of(points, &STIFFNESS[k], &K_GAMMA),
             },
-            crown: crown.and_then(|c| {
-                let value = c.value?;
-                Some([value - c.ci95_low?, c.ci95_high? - value])
-            }),
+            crown: sizes(C::OverturningStiffness),
+            peak: sizes(C::MfD),
+            peak_slip: known(C::PeakSlip).is_some(),
             check: checks(row),
         }
     }
