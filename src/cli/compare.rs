@@ -155,7 +155,7 @@ fn table(rows: &[&ComparisonRow]) {
         let line = format!(" {:19}{a:>13}{b:>13}{}", noun(&row.coefficient), columns(row));
         say!("{}", line.trim_end());
     }
-    say!("A, B: with all errors and the spread between sessions, which one session does not show.");
+    say!("A, B: with all errors and the spread between sessions, unlike one session.");
     say!("P: probability that B is larger. Of values below zero the sizes are compared.");
 }
 

@@ -11,7 +11,7 @@ from conftest import PROGRAM, ROOT
 
 PICTURE = ROOT / "reports/example.png"
 RIDE = ROOT / "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet"
-WIDTH, HEIGHT = 1240, 860
+WIDTH, HEIGHT = 1240, 1060
 # Brightness of cells 20 pixels wide and high, 0 to 1: fonts and their smoothing differ from machine to machine, a curve,
 # a table or a line of text that is not there any more changes more.
 FURTHEST, MEAN = 0.25, 0.02

@@ -304,7 +304,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "2 causes are identified:",
             "the velocity comes late",
             "19.6 ms",
-            "−0.69°",
+            "−0.693°",
             "found over all rides of the bike",
             "acceleration (−0.90)",
             "2 x log-likelihood gain <strong>149</strong>; with every candidate free by 240",

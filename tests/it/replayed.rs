@@ -81,7 +81,7 @@ fn the_true_effect_leaves_nothing_of_itself() {
     // 31 rides: of each a part suffices
     let plan = "coasts = 16, brakings = 6, laps = 20";
     assert!(text.contains(plan), "the scenario has another plan");
-    let text = text.replace(plan, "coasts = 6, brakings = 3, laps = 8");
+    let text = text.replace(plan, "coasts = 8, brakings = 6, laps = 10");
     let scenario = Scenario::parse(&text, "perfect").expect("scenario");
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
