@@ -9,6 +9,7 @@ const between = (xs, ys, x) => {
   return ys[i - 1] + t * (ys[i] - ys[i - 1]);
 };
 for (const t of data.tyres) {
+  if (data.tyres.some(o => o !== t && o.name.replace(/^.*: /, "") === t.name)) t.name = `${t.bike}: ${t.name}`;
   for (const b of Object.values(t.bands)) for (const name of Object.keys(b)) b[name] = unstep(b[name]);
   Object.assign(t, tyreModel(t.parameters));
   // the band below and above a curve of the report, at one abscissa; null beyond what was ridden
@@ -46,24 +47,29 @@ const slipBand = (t, slip, s) => {
   const force = t.forces(slip, 0, s.gamma, s.load, s.mu)[0], share = Math.abs(force / b.y);
   return [b.low * share, b.high * share];
 };
-const ridden = (value, ends) => ends != null && value >= ends[0] - 1e-9 && value <= ends[1] + 1e-9;
-const both = size => size == null ? null : [-size, size];
+const within = (value, ends) => ends != null && value >= ends[0] - 1e-9 && value <= ends[1] + 1e-9;
+const either = size => size == null ? null : [-size, size];
+// of a slip all down to none; loads and road as they were
+const asRidden = (t, s) => within(s.load, t.ridden.load) && s.mu === 1;
+const slipRidden = (t, slip) => t.ridden.slip != null && within(slip, [Math.min(0, t.ridden.slip[0]), Math.max(0, t.ridden.slip[1])]);
+const angleRidden = (t, angle) => within(angle, either(t.ridden.angle));
+const camberRidden = (t, gamma) => within(gamma, either(t.ridden.camber));
 const VIEWS = {
   longitudinal: {
     x: { label: "slip ratio", unit: "%" }, y: { label: "longitudinal force Fx", unit: "N" }, range: [-40, 20], needs: "longitudinal",
     value: (t, x, s) => t.forces(x / 100, 0, s.gamma, s.load, s.mu)[0], band: (t, x, s) => slipBand(t, x / 100, s),
-    ridden: (t, x, s) => upright(s) && ridden(x / 100, t.ridden.slip), uses: ["load", "camber", "mu"],
+    ridden: (t, x, s) => asRidden(t, s) && upright(s) && slipRidden(t, x / 100), uses: ["load", "camber", "mu"],
   },
   lateral: {
     x: { label: "slip angle", unit: "\u00b0" }, y: { label: "side force Fy", unit: "N" }, range: [-10, 10], needs: "lateral",
     value: (t, x, s) => t.forces(s.slip, x / DEGREES, s.gamma, s.load, s.mu)[1],
     band: (t, x, s) => s.slip === 0 ? sideBand(t, x / DEGREES, s.gamma, s.load, s.mu) : null,
-    ridden: (t, x, s) => s.slip === 0 && ridden(x / DEGREES, both(t.ridden.angle)) && ridden(s.gamma, both(t.ridden.camber)), uses: ["load", "camber", "mu", "slip"],
+    ridden: (t, x, s) => asRidden(t, s) && s.slip === 0 && angleRidden(t, x / DEGREES) && camberRidden(t, s.gamma), uses: ["load", "camber", "mu", "slip"],
   },
   leaning: {
     x: { label: "camber", unit: "\u00b0" }, y: { label: "side force Fy", unit: "N" }, range: [-55, 55], needs: "lateral",
     value: (t, x, s) => t.forces(0, s.angle, x / DEGREES, s.load, s.mu)[1], band: (t, x, s) => sideBand(t, s.angle, x / DEGREES, s.load, s.mu),
-    ridden: (t, x, s) => ridden(x / DEGREES, both(t.ridden.camber)) && ridden(s.angle, both(t.ridden.angle)), uses: ["load", "camber", "mu", "angle"],
+    ridden: (t, x, s) => asRidden(t, s) && camberRidden(t, x / DEGREES) && angleRidden(t, s.angle), uses: ["load", "camber", "mu", "angle"],
   },
   combined: {
     x: { label: "longitudinal force Fx", unit: "N" }, y: { label: "side force Fy", unit: "N" }, equal: true, needs: "both", uses: ["load", "camber", "mu"],
@@ -71,13 +77,13 @@ const VIEWS = {
   yaw: {
     x: { label: "slip angle", unit: "\u00b0" }, y: { label: "yaw moment Mz", unit: "N m" }, range: [-10, 10], needs: "lateral",
     value: (t, x, s) => t.forces(s.slip, x / DEGREES, s.gamma, s.load, s.mu)[3], band: () => null,
-    ridden: (t, x, s) => s.slip === 0 && ridden(x / DEGREES, both(t.ridden.angle)) && ridden(s.gamma, both(t.ridden.camber)), uses: ["load", "camber", "mu", "slip"],
+    ridden: (t, x, s) => asRidden(t, s) && s.slip === 0 && angleRidden(t, x / DEGREES) && camberRidden(t, s.gamma), uses: ["load", "camber", "mu", "slip"],
   },
   overturning: {
     x: { label: "camber", unit: "\u00b0" }, y: { label: "overturning moment Mx", unit: "N m" }, range: [-55, 55], needs: "lateral",
     value: (t, x, s) => t.forces(0, 0, x / DEGREES, s.load, s.mu)[2],
     band: (t, x, s) => t.crown && t.crown.map(size => Math.abs(size * s.load * Math.tan(x / DEGREES))),
-    ridden: (t, x) => ridden(x / DEGREES, both(t.ridden.camber)), uses: ["load", "camber", "mu"],
+    ridden: (t, x, s) => within(s.load, t.ridden.load) && camberRidden(t, x / DEGREES), uses: ["load", "camber", "mu"],
   },
 };
 const ANGLES = [0, 1, 2, 4, 8];
@@ -101,14 +107,14 @@ const ellipseOf = (t, s) => {
     for (let i = 0; i <= STEPS; i++) {
       const u = -1 + 2 * i / STEPS, slip = Math.sign(u) * (u < 0 ? 0.95 : 0.6) * Math.abs(u) ** 2.5;
       const [x, y] = t.forces(slip, -angle / DEGREES, s.gamma, s.load, s.mu);
-      curves[n].points.push({ x, y, slip, low: null, high: null, ridden: single(x, y) && ridden(slip, t.ridden.slip) && ridden(angle / DEGREES, both(t.ridden.angle)) });
+      curves[n].points.push({ x, y, slip, low: null, high: null, ridden: asRidden(t, s) && single(x, y) && slipRidden(t, slip) && angleRidden(t, angle / DEGREES) });
     }
   });
   for (let i = 0; i <= 120; i++) rim.push({ x: most * Math.cos(i * Math.PI / 60), y: most * Math.sin(i * Math.PI / 60), low: null, high: null, ridden: false });
   return [...curves, { name: "friction circle", points: rim, rim: true }];
 };
 
-let shown = [], u = null, home = null;
+let shown = [], u = null, home = null, unknown = "";
 const lacks = (t, view) => {
   const missing = ["longitudinal", "lateral"].filter(half => (view.needs === half || view.needs === "both") && !t[half]);
   return missing.length ? `${t.name}: this ride did not give the ${missing.join(" and ")} half of the tyre.` : null;
@@ -235,32 +241,38 @@ const build = () => {
 
 // The chosen tyres' numbers at the chosen load, camber and road.
 const span = (y, b, digits) => b ? `${minus((y - b[0]).toFixed(digits))} to ${minus((y + b[1]).toFixed(digits))}` : "\u2013";
+// The slip of the largest braking force.
+const peakOf = (t, s) => {
+  let slip = 0, least = 0;
+  for (let i = 1; i <= 400; i++) {
+    const force = t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0];
+    if (force < least) [slip, least] = [-i / 400, force];
+  }
+  return [slip, -least];
+};
 const NUMBERS = [
   ["Largest braking force, N", "longitudinal", (t, s) => {
-    let slip = 0;
-    for (let i = 1; i <= 400; i++) if (t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0] < t.forces(slip, 0, s.gamma, s.load, s.mu)[0]) slip = -i / 400;
-    const force = -t.forces(slip, 0, s.gamma, s.load, s.mu)[0], b = slipBand(t, slip, s);
-    return [force, b && [b[1], b[0]], 0, ridden(slip, t.ridden.slip) ? "" : "beyond the slips that were braked"];
+    const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
+    return [force, b && [b[1], b[0]], 0, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
   }],
-  ["Slip there, %", "longitudinal", (t, s) => {
-    let slip = 0;
-    for (let i = 1; i <= 400; i++) if (t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0] < t.forces(slip, 0, s.gamma, s.load, s.mu)[0]) slip = -i / 400;
-    return [-100 * slip, null, 1, t.peak_slip ? "" : "poorly determined"];
-  }],
+  ["Slip there, %", "longitudinal", (t, s) => [-100 * peakOf(t, s)[0], null, 1, t.peak_slip ? "see the session's page" : "poorly determined"]],
   ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
   ["Camber stiffness, N per degree of camber", "lateral", (t, s) => stiffness(t, s, t.parameters.side_force_ratio, "camber")],
   ["Side force without slip angle, N", "lateral", (t, s) => {
     const y = t.forces(0, 0, s.gamma, s.load, s.mu)[1];
-    return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, ridden(s.gamma, both(t.ridden.camber)) ? "the ride does not determine the stiffness" : "beyond the camber that was ridden"];
+    const why = Math.abs(y) >= 0.999 * t.circle(s.mu) * s.load ? "at the friction circle"
+      : camberRidden(t, s.gamma) ? "the ride does not determine the stiffness" : "beyond the camber that was ridden";
+    return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, why];
   }],
   ["Radius of the friction circle, N", "longitudinal", (t, s) => {
-    const known = t.peak && Math.abs(t.parameters.mf_d) >= t.parameters.lateral_peak;
-    return [t.circle(s.mu) * s.load, known ? t.peak.map(size => size * s.mu * s.load) : null, 0, known ? "" : "by the side force that was ridden"];
+    const bySide = Math.abs(t.parameters.mf_d) < t.parameters.lateral_peak, known = t.peak && !bySide;
+    const why = bySide ? "by the side force that was ridden" : "the peak friction is poorly determined";
+    return [t.circle(s.mu) * s.load, known ? t.peak.map(size => size * s.mu * s.load) : null, 0, why];
   }],
 ];
 const stiffness = (t, s, ratio, band) => {
   const per = s.load / DEGREES, y = ratio * t.kAlpha(s.gamma) * per, b = t.off(band, Math.abs(s.gamma));
-  const leant = ridden(s.gamma, both(t.ridden.camber));
+  const leant = camberRidden(t, s.gamma);
   return [y, b && [b.low * per, b.high * per], 1, b ? "" : leant ? "the ride does not determine it" : "beyond the camber that was ridden"];
 };
 const tabulate = s => {
@@ -298,7 +310,8 @@ const refresh = () => {
     if (why) missing.push(why);
     o.curves = why ? [] : view.value ? curveOf(o.tyre, view, s) : ellipseOf(o.tyre, s);
   });
-  at("missing").textContent = missing.join(" ");
+  at("missing").textContent = unknown + missing.join(" ");
+  unknown = "";
   at("caption").textContent = view.value
     ? `${view.y.label} over ${view.x.label}. Solid: as ridden; dashed: beyond it. Band: 95 % interval.`
     : "Slip angles of 0, 1, 2, 4 and 8\u00b0, the slip ratio from locked to spinning. Dotted: friction circle. No interval.";
@@ -318,15 +331,16 @@ const refresh = () => {
 };
 const fromAddress = () => {
   const asked = new URLSearchParams(location.hash.slice(1));
+  unknown = "";
   for (const side of ["a", "b"]) {
     const place = data.tyres.findIndex(t => t.id === asked.get(side));
     if (place >= 0) controls[side].value = String(place);
-    else if (asked.has(side) && asked.get(side) !== "") at("missing").textContent = "The tyre of this link is not among those of this page.";
+    else if (asked.has(side) && asked.get(side) !== "") unknown = `The tyre ${asked.get(side)} of the link is not among those of this page (the newest rides of each motorcycle). `;
     else if (asked.has(side)) controls[side].value = side === "a" ? "0" : "";
   }
   for (const name of ["show", ...SLIDERS]) {
     const before = controls[name].value;
-    if (asked.has(name)) controls[name].value = asked.get(name);
+    if (asked.has(name) && (name === "show" || Number.isFinite(Number(asked.get(name))))) controls[name].value = asked.get(name);
     if (controls[name].value === "") controls[name].value = before;
   }
   // both tyres of the first ride, where the link says nothing
@@ -361,12 +375,14 @@ if (wrong) at("missing").textContent = "This browser computes the tyre otherwise
 else if (data.tyres.length) {
   fromAddress();
   for (const c of Object.values(controls)) c.addEventListener("input", refresh);
+  for (const name of SLIDERS) at(`${name}-now`).addEventListener("change", e => { e.target.value = controls[name].value; });
   for (const name of SLIDERS) at(`${name}-now`).addEventListener("input", e => {
     if (e.target.value === "" || !e.target.checkValidity()) return;
     controls[name].value = e.target.value;
     refresh();
   });
-  addEventListener("hashchange", () => { fromAddress(); refresh(); });
+  // "#main" of the skip link is no link to a tyre
+  addEventListener("hashchange", () => { if (location.hash.includes("a=")) { fromAddress(); refresh(); } });
   keys(holder, () => u, () => { tip.hide(); reset(u, home); }, () => {});
   follow(holder, () => u);
   refresh();

@@ -9,6 +9,8 @@ const address = (() => {
   };
   return { get: name => now.get(name), put };
 })();
+// a link put into the address of a page that is open; what the page itself puts there calls nothing
+addEventListener("hashchange", () => { if (document.getElementById("explorer") == null && location.hash.includes("=")) location.reload(); });
 const ends = scale => [scale.min, scale.max].map(v => +v.toPrecision(7));
 // keeps the zoom of a chart in the address; a chart at home has none
 const remember = (u, name, view) => {

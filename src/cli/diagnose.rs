@@ -125,12 +125,13 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
             say::line_width(),
         )),
     }
-    if let Some(text) = &arguments.against {
-        print_against(&store, text, format)?;
-    }
     log();
     if format == Format::Words {
         print(&format!("Report: {}\n", out.join("report/index.html")));
+    }
+    // last: what is wrong with it costs nothing of the above
+    if let Some(text) = &arguments.against {
+        print_against(&store, text, format)?;
     }
     damaged(&accounts)?;
     rejected(&accounts)
@@ -138,6 +139,9 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
 
 /// What the other rides of each motorcycle differ by from chosen ones.
 fn print_against(store: &Store, text: &str, format: Format) -> Result<(), Failure> {
+    if format == Format::None {
+        return Ok(());
+    }
     let found = against(store, text).map_err(|e| match e {
         Error::Usage(message) => Failure::Usage(message),
         other => Failure::Output(other.to_string()),
@@ -162,7 +166,7 @@ fn print_against(store: &Store, text: &str, format: Format) -> Result<(), Failur
                     said += &format!("  {}; moved: {moved}\n", row.sentence);
                 }
                 if bike.changes.is_empty() {
-                    said += &format!("  nothing differs beyond chance; most: {}\n", bike.largest);
+                    said += &format!("  {}\n", bike.largest);
                 }
             }
             if found.is_empty() {

@@ -84,7 +84,10 @@ def test_the_bands_are_those_of_the_table(explored, browser):
             "return [...r.querySelectorAll('td')].map(e => e.textContent)"
         )
         chosen = float(browser.js("return document.getElementById('load').value"))
-        assert float(cells[0]) == pytest.approx(row["value"] * chosen * math.pi / 180, abs=0.06), (cells, load)
+        per_degree = chosen * math.pi / 180
+        assert float(cells[0]) == pytest.approx(row["value"] * per_degree, abs=0.06), (cells, load)
+        ends = [float(end) for end in cells[1].split(" to ")]
+        assert ends == pytest.approx([row[end] * per_degree for end in ("ci95_low", "ci95_high")], rel=3e-3), cells
 
 
 def test_intervals_of_side_forces_contain_the_truth(explored, browser):
@@ -110,7 +113,9 @@ def test_intervals_of_side_forces_contain_the_truth(explored, browser):
                 g, alpha = math.radians(camber), math.radians(angle)
                 stiffness = -ct * math.tan(g) / (c1 * g + c3 * g**3 + ratio * g)
                 force = -stiffness * (alpha + ratio * g) * 1200
-                assert float(row["ci95_low"]) <= force <= float(row["ci95_high"]), (session, tyre, row, force)
+                low, high = float(row["ci95_low"]), float(row["ci95_high"])
+                assert low <= force <= high, (session, tyre, row, force)
+                assert high - low < 1.3 * abs(force), "no interval that says nothing"
                 checked += 1
     assert checked > 40, checked
 
@@ -165,6 +170,26 @@ def test_sliders_views_and_links(explored, browser):
     )
     assert unnamed == 0
     assert "archive_s0001 front" in browser.driver.find_element(By.ID, "explorer").get_attribute("aria-label")
+
+
+def test_a_link_to_an_unknown_tyre_says_so_and_a_load_beyond_the_ride_is_dashed(explored, browser):
+    page = explored / "report/tyres.html"
+    browser.driver.get("about:blank")
+    browser.driver.get(page.as_uri() + "#a=nobody/x/front&show=longitudinal&mu=NaN")
+    browser.wait("const d = document.getElementById('data'); return d && !!d.csv")
+    browser.settle()
+    assert "nobody/x/front" in browser.driver.find_element(By.ID, "missing").text
+    assert browser.js("return document.getElementById('mu').value") == "1"
+    choose(browser, "tyre-a", place(browser, "archive_s0001", "front"))
+    choose(browser, "tyre-b", "")
+    assert browser.driver.find_element(By.ID, "missing").text == ""
+    assert any(r["ridden"] == "true" for r in downloaded(browser))
+    choose(browser, "load", 4000)
+    assert not any(r["ridden"] == "true" for r in downloaded(browser))
+    # the skip link is no link to a tyre
+    browser.js("location.hash = '#main'")
+    browser.settle()
+    assert browser.js("return document.getElementById('load').value") == "4000"
 
 
 def test_hover_names_both_tyres_with_intervals(explored, browser):

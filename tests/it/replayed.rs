@@ -77,12 +77,7 @@ const RIDERS: [(&str, &[Channel]); 3] = [
 
 #[test]
 fn the_true_effect_leaves_nothing_of_itself() {
-    let text = include_str!("../../pipelines/scenarios/perfect.toml");
-    // 31 rides: of each a part suffices
-    let plan = "coasts = 16, brakings = 6, laps = 20";
-    assert!(text.contains(plan), "the scenario has another plan");
-    let text = text.replace(plan, "coasts = 8, brakings = 6, laps = 10");
-    let scenario = Scenario::parse(&text, "perfect").expect("scenario");
+    let scenario = Scenario::builtin("perfect").expect("scenario");
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
     let floor = misfit(&session, &segments, &usual.plant);

@@ -78,10 +78,12 @@ fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Erro
 /// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.
 pub(crate) fn against(out: &Path, text: &str) -> Result<Vec<Against>, Error> {
     let sessions = sessions(out)?;
-    let row = |d: &DiagnosisRow| SessionRow {
-        ident: d.ident.clone(),
-        site: d.site.clone(),
-        ..SessionRow::default()
+    // tyres and rider are known where `run` wrote into the same output
+    let known: Vec<SessionRow> = read::rows(out)?;
+    let row = |d: &DiagnosisRow| {
+        let of_run = known.iter().find(|s| s.ident.key() == d.ident.key()).cloned();
+        let plain = SessionRow { site: d.site.clone(), ..SessionRow::default() };
+        SessionRow { ident: d.ident.clone(), ..of_run.unwrap_or(plain) }
     };
     let rows: Vec<SessionRow> = sessions.iter().map(row).collect();
     let usage = |e: String| Error::Usage(format!("--against {text}: {e}"));

@@ -20,14 +20,14 @@ pub(crate) struct Against {
     pub rides: [usize; 2],
     /// What differs, the clearest first; rows as of the table `changes`, their `rides` is `against`.
     pub changes: Vec<ChangeRow>,
-    /// The number that is farthest apart where nothing differs beyond chance; empty where there is none.
+    /// Where nothing differs beyond chance: that, and the number that is farthest apart.
     pub largest: String,
 }
 
 /// Of each motorcycle that has rides of the reference and others, in order of its id.
 ///
 /// # Errors
-/// A sentence: a motorcycle has too few rides of the reference.
+/// A sentence: every motorcycle has too few rides of the reference.
 pub(crate) fn against(
     rides: Vec<Ride>,
     is_reference: impl Fn(&Ident) -> bool,
@@ -38,10 +38,12 @@ pub(crate) fn against(
         bikes.entry(ride.ident.bike_id.clone()).or_default()[side].push(ride);
     }
     bikes.retain(|_, [reference, others]| !reference.is_empty() && !others.is_empty());
-    if let Some((bike, [reference, _])) = bikes.iter().find(|(_, [r, _])| r.len() < OTHERS) {
+    let few = bikes.iter().filter(|(_, [reference, _])| reference.len() < OTHERS);
+    let few: Vec<String> = few.map(|(bike, [r, _])| format!("{bike} has {}", r.len())).collect();
+    if !few.is_empty() && few.len() == bikes.len() {
         return Err(format!(
-            "{bike} has {} of these rides; how much its rides scatter is seen in {OTHERS} at least",
-            reference.len()
+            "of these rides {}; how much a motorcycle's rides scatter is seen in {OTHERS} at least",
+            few.join(", ")
         ));
     }
     Ok(bikes.into_iter().map(|(bike_id, sides)| of_motorcycle(bike_id, sides)).collect())
@@ -49,6 +51,10 @@ pub(crate) fn against(
 
 fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
     let rides = [sides[0].len(), sides[1].len()];
+    if rides[0] < OTHERS {
+        let largest = format!("too few rides of the reference: {OTHERS} are the least");
+        return Against { bike_id, rides, changes: Vec::new(), largest };
+    }
     let history = History::of(&sides.concat());
     let others = Rides::Since(rides[0]);
     let found = search_of(&history, &[others]);
@@ -66,7 +72,10 @@ fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
     };
     let largest = largest.map(|(moved, chance)| {
         let what = words::moved(&history.numbers[moved.number], moved.by);
-        format!("{what}, by chance in {:.0} % of comparisons", 100.0 * chance)
+        format!(
+            "nothing differs beyond chance; most: {what}, by chance in {:.0} % of comparisons",
+            100.0 * chance
+        )
     });
     Against { bike_id, rides, changes, largest: largest.unwrap_or_default() }
 }

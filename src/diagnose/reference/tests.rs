@@ -196,9 +196,9 @@ fn chosen_rides_as_the_reference_see_smaller_changes() {
     let searched = count(&by_search);
     let falsely = count(&|seed| !by_choice(seed, 0.0).is_empty());
     println!("of {SEEDS}: {chosen} by choice, {searched} by search, {falsely} false");
-    assert!(chosen > searched + 40, "{chosen} by choice, {searched} by search");
+    assert!(chosen > 2 * searched, "{chosen} by choice, {searched} by search");
     // 5 % are promised; two standard deviations of 200 draws more
     assert!(falsely <= 16, "{falsely}");
     let few = against::against(rides(1, 0.0), |ident| ident.session_id == "s00").expect_err("one");
-    assert!(few.contains("a has 1 of these rides"), "{few}");
+    assert!(few.contains("of these rides a has 1"), "{few}");
 }

@@ -122,7 +122,11 @@ impl Diagnosed {
         let sessions: Vec<Vec<CauseRow>> =
             self.sessions.iter().map(|s| self.rows(&s.ident).0.to_vec()).collect();
         let said = answer::said(&sessions, &self.shared);
-        let named = |sentence: &String| typeset_sentence(&without_key(sentence));
+        let named = |sentence: &String| {
+            let here =
+                sentence.replace(" of single rides: -v or the report.", ", in single rides.");
+            typeset_sentence(&without_key(&here))
+        };
         said.iter().map(named).collect()
     }
 

@@ -6,7 +6,7 @@ use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::report::charts::pack;
 use crate::report::export::parameters;
-use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, K_GAMMA, STIFFNESS};
+use crate::report::plots::fits::{FRICTION_X, K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::plots::plot::{FIT, Plot, Series};
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
@@ -66,8 +66,6 @@ fn short(x: f64) -> f64 {
 struct Bands {
     /// Longitudinal friction over slip ratio.
     friction: Band,
-    /// Lateral friction of steady corners over camber.
-    side: Band,
     /// Cornering stiffness per load over camber.
     stiffness: Band,
     /// Camber stiffness per load over camber.
@@ -151,7 +149,6 @@ impl<'a> Tyre<'a> {
             },
             bands: Bands {
                 friction: Band::of(points, &FRICTION_X[k], &FIT),
-                side: Band::of(points, &FRICTION_Y[k], &FIT),
                 stiffness: Band::of(points, &STIFFNESS[k], &K_ALPHA),
                 camber: Band::of(points, &STIFFNESS[k], &K_GAMMA),
             },

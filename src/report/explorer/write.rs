@@ -17,7 +17,7 @@ use crate::report::session::bench_values::BenchValues;
 use crate::report::tables::RunTables;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::file;
-use crate::store::tables::rows::{PlotPoint, TyreParameters};
+use crate::store::tables::rows::{Ident, PlotPoint, TyreParameters};
 
 /// Most rides whose tyres are on the page.
 const MOST: usize = 60;
@@ -56,10 +56,12 @@ pub(crate) fn write(
         return Ok(false);
     }
     let newest = newest(&rides);
+    let idents: Vec<&Ident> = newest.iter().map(|ride| &ride[0].ident).collect();
+    let plots = SessionFiles::<PlotPoint>::read_some(out, &idents)?;
     let mut tyres = Vec::new();
     for ride in &newest {
         let ident = &ride[0].ident;
-        let points = SessionFiles::<PlotPoint>::read_one(out, ident)?.rows(ident)?;
+        let points = plots.rows(ident)?;
         let coefficients = tables.coefficients_of(ident);
         tyres.extend(ride.iter().map(|row| Tyre::new(row, coefficients, &points)));
     }

@@ -24,7 +24,9 @@ pub(crate) fn neighbours(sessions: &[SessionRow], pages: &[String]) -> Vec<Neigh
     let mut found = vec![[None, None]; sessions.len()];
     for pair in order.windows(2) {
         let [a, b] = [pair[0], pair[1]];
-        if sessions[a].ident.bike_id == sessions[b].ident.bike_id {
+        // of rides without a time nobody knows which came first
+        let is_dated = [a, b].iter().all(|i| sessions[*i].ident.start_time.is_some());
+        if is_dated && sessions[a].ident.bike_id == sessions[b].ident.bike_id {
             let to = |i: usize| {
                 let id = sessions[i].ident.session_id.clone();
                 (!pages[i].is_empty()).then(|| Neighbour { page: pages[i].clone(), id })

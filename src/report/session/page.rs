@@ -218,7 +218,6 @@ pub(crate) fn absent_charts(figures: &Figures) -> Vec<&'static str> {
         .collect()
 }
 
-/// The main coefficients that were determined.
 fn facts(session: &SessionRow) -> Vec<(String, String)> {
     let mut out = vec![("bike".to_owned(), session.ident.bike_id.clone())];
     let mut put = |label: &str, value: Option<String>| {

@@ -1,7 +1,7 @@
 //! Reading a table session by session: the rows of every manoeuvre of a large archive would not fit
 //! in memory.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,7 @@ use super::names::file_name;
 use super::read::{self, Columns, Error};
 use super::registry::Row;
 use super::rows::Ident;
+use crate::contract::instant;
 
 /// The columns that tell whose a row is.
 const NAMES: [&str; 2] = ["session_id", "bike_id"];
@@ -56,6 +57,31 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
         let is_own = |path: &PathBuf| {
             let is_of_bike = path.parent().is_some_and(|p| p.ends_with(&folder));
             is_of_bike || path.file_stem().is_some_and(|stem| *stem == *own)
+        };
+        Self::of(read::files(out, R::spec())?.into_iter().filter(is_own).collect())
+    }
+
+    /// As [`SessionFiles::read`], but only the files of these sessions' motorcycles and months are looked at.
+    ///
+    /// # Errors
+    /// As [`SessionFiles::read`].
+    pub(crate) fn read_some(out: &Path, sessions: &[&Ident]) -> Result<Self, Error> {
+        // a month of the motorcycle, `undated` there, or a file of the session's own
+        let month = |s: &Ident| s.start_time.as_deref().and_then(instant::month);
+        let wanted: BTreeSet<(String, String)> = sessions
+            .iter()
+            .flat_map(|s| {
+                let month = month(s).unwrap_or_else(|| "undated".to_owned());
+                [month, file_name(&s.session_id)].map(|stem| (format!("bike={}", s.bike_id), stem))
+            })
+            .collect();
+        let is_own = |path: &PathBuf| {
+            let folder = path.parent().and_then(Path::file_name);
+            let names = folder.zip(path.file_stem());
+            names.is_some_and(|(folder, stem)| {
+                let names = [folder, stem].map(|n| n.to_string_lossy().into_owned());
+                wanted.contains(&names.into())
+            })
         };
         Self::of(read::files(out, R::spec())?.into_iter().filter(is_own).collect())
     }
