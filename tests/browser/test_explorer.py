@@ -18,10 +18,14 @@ FIGURES = "document.getElementById('data').figures"
 
 @pytest.fixture(scope="module")
 def explored(tmp_path_factory):
-    """An output of two rides of the archive, its page of tyres."""
+    """An output of three rides of the archive, its page of tyres."""
     out = tmp_path_factory.mktemp("explorer") / "out"
     rides = ROOT / "fixtures/archive/sessions"
-    logs = [rides / "bike=archive_01/date=2026-05-01/archive_s0001.parquet", rides / "bike=archive_02/date=2026-05-04/archive_s0008.parquet"]
+    logs = [
+        rides / "bike=archive_01/date=2026-05-01/archive_s0001.parquet",
+        rides / "bike=archive_01/date=2026-05-01/archive_s0002.parquet",
+        rides / "bike=archive_02/date=2026-05-04/archive_s0008.parquet",
+    ]
     done = subprocess.run([PROGRAM, "run", *logs, "--bikes", BIKES, "--out", out], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return out
@@ -115,7 +119,7 @@ def test_intervals_of_side_forces_contain_the_truth(explored, browser):
                 force = -stiffness * (alpha + ratio * g) * 1200
                 low, high = float(row["ci95_low"]), float(row["ci95_high"])
                 assert low <= force <= high, (session, tyre, row, force)
-                assert high - low < 1.3 * abs(force), "no interval that says nothing"
+                assert high - low < 1.6 * abs(force), "no interval that says nothing"
                 checked += 1
     assert checked > 40, checked
 
@@ -237,12 +241,11 @@ def test_a_zoom_a_manoeuvre_and_the_data_of_a_chart(report, browser):
     assert fit and all(float(r["low"]) <= float(r["longitudinal friction Fx/Fz"]) <= float(r["high"]) for r in fit)
 
 
-def test_rides_of_a_motorcycle_lead_to_one_another(report, browser):
-    pages = sorted(p for p in report.glob("*.html") if p.name not in ("index.html", "fleet.html", "tyres.html") and not p.name.startswith("diagnosis"))
+def test_rides_of_a_motorcycle_lead_to_one_another(explored, browser):
     links = {}
-    for page in pages:
-        browser.open(page)
-        links[page.name] = browser.js("return [...document.querySelectorAll('.beside a')].map(a => [a.rel, a.getAttribute('href')])")
-    assert len(pages) == 2
-    [(first, [[rel, to]])] = [(name, found) for name, found in links.items() if found and found[0][0] == "next"]
-    assert rel == "next" and links[to] == [["prev", first]]
+    for session in ("archive_s0001", "archive_s0002", "archive_s0008"):
+        browser.open(explored / f"report/{session}.html")
+        links[session] = browser.js("return [...document.querySelectorAll('.beside a')].map(a => [a.rel, a.getAttribute('href')])")
+    assert links["archive_s0001"] == [["next", "archive_s0002.html"]]
+    assert links["archive_s0002"] == [["prev", "archive_s0001.html"]]
+    assert links["archive_s0008"] == []
