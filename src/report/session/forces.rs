@@ -223,13 +223,16 @@ fn flown(flights: &[&Manoeuvre]) -> Option<String> {
     })
 }
 
+/// Load of a landing, N.
+type Landing = fn(&Manoeuvre) -> Option<f64>;
+
 /// What is asked of an off-road ride first: the largest load of each wheel by the first rider model, where and when, and the
 /// flights.
 pub(crate) fn answer(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> Option<String> {
     let first = rows.first()?;
     let is_flight = |m: &&Manoeuvre| kinds::declaration(&m.kind).peak == Peak::Flight;
     let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(is_flight).collect();
-    let of_wheel = |(force, wheel, landing): (&str, &str, fn(&Manoeuvre) -> Option<f64>)| {
+    let of_wheel = |(force, wheel, landing): (&str, &str, Landing)| {
         let own = rows.iter().filter(|r| r.force == force && r.rider == first.rider);
         let ridden = own.filter_map(|r| {
             let start = manoeuvres.iter().find(|m| m.manoeuvre_id == r.manoeuvre_id)?.start;
@@ -240,7 +243,7 @@ pub(crate) fn answer(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> Option<Stri
         let (peak, kind, time) = ridden.chain(landed).max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(format!("{wheel} {} N ({kind}, at {} s)", fixed(peak, 0), fixed(time, 0)))
     };
-    let wheels: [(&str, &str, fn(&Manoeuvre) -> Option<f64>); 2] = [
+    let wheels: [(&str, &str, Landing); 2] = [
         ("load_front", "front", |m| m.landing_load_front),
         ("load_rear", "rear", |m| m.landing_load_rear),
     ];
