@@ -1,7 +1,6 @@
 //! What a run prints on stdout: plain text as wide as the terminal, 100 columns elsewhere, no control characters.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 
 use crate::contract::coefficient::Coefficient as C;
 use crate::report::answer;
@@ -188,32 +187,33 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
     let width = bikes.iter().map(|b| b.chars().count()).max().unwrap_or(4).clamp(4, 20);
     line(out, "");
     line(out, "medians over the sessions where each is determined (how many)");
-    let mut head = format!("{:<width$} {:>8} {:<5}", "bike", "sessions", "tyre");
-    for (_, title) in main {
-        let _ = write!(head, " {title:>11}"); // writing to a String cannot fail
-    }
-    line(out, &head);
+    let mut rows: Vec<Vec<String>> =
+        vec![main.iter().map(|(_, title)| (*title).to_owned()).collect()];
+    let mut labels = vec![format!("{:<width$} {:>8} {:<5}", "bike", "sessions", "tyre")];
     for bike in bikes {
         let n = sessions.iter().filter(|s| s.ident.bike_id == bike).count();
         for (i, tyre) in ["front", "rear"].into_iter().enumerate() {
             let name: String = clean(bike).chars().take(width).collect();
             let (name, n) = if i == 0 { (name, n.to_string()) } else { Default::default() };
-            let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
-            for (coefficient, _) in main {
-                let values =
-                    good.get(&(bike, tyre, coefficient.name())).map_or(&[][..], Vec::as_slice);
-                let cell = match median_of_finite(values) {
-                    None => "-".to_owned(),
-                    Some(m) => {
-                        let digits =
-                            number_format::decimals_of(m, number_format::robust_sd(values)).min(4);
-                        format!("{} ({})", fixed(m, digits), values.len())
-                    }
-                };
-                let _ = write!(text, " {cell:>11}");
-            }
-            line(out, &text);
+            labels.push(format!("{name:<width$} {n:>8} {tyre:<5}"));
+            let cell = |coefficient: &C| {
+                let key = (bike, tyre, coefficient.name());
+                let values = good.get(&key).map_or(&[][..], Vec::as_slice);
+                median_of_finite(values).map_or("-".to_owned(), |m| {
+                    let spread = number_format::robust_sd(values);
+                    let digits = number_format::decimals_of(m, spread).min(4);
+                    format!("{} ({})", fixed(m, digits), values.len())
+                })
+            };
+            rows.push(main.iter().map(|(coefficient, _)| cell(coefficient)).collect());
         }
+    }
+    // as narrow as the cells allow: a terminal may have 80 columns
+    let widest = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..main.len()).map(widest).collect();
+    for (label, row) in labels.into_iter().zip(&rows) {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!(" {cell:>width$}"));
+        line(out, &(label + &cells.collect::<String>()));
     }
 }
 
