@@ -127,8 +127,8 @@ def listed(paths: Paths) -> list[str]:
 
 
 def _batch(command: Literal["run", "diagnose"], options: dict[str, Any], progress: _progress.Show) -> Summary:
-    if (told := _progress.listener(progress)) is not None:
-        return _progress.watched(command, options, told)
+    if (hearer := _progress.listener(progress)) is not None:
+        return _progress.watched(command, options, hearer)
     native = _roadbench.run if command == "run" else _roadbench.diagnose
     return cast(Summary, json.loads(call(native, json.dumps(options))))
 

@@ -48,25 +48,25 @@ def session(session: Session) -> str:
     for status in dict.fromkeys(row["status"] for row in found if row["status"] != "ok"):
         of_status = [row for row in _in_order(found) if row["status"] == status]
         words = _NOT_OK.get(status, status.replace("_", " "))
-        told = [[*_cells(row), row["reason"] or "", row["advice"] or ""] for row in of_status]
-        parts.append(_folded(f"{len(of_status)} {words}", _table((*_HEADS, "reason", "advice"), told)))
+        lines = [[*_cells(row), row["reason"] or "", row["advice"] or ""] for row in of_status]
+        parts.append(_folded(f"{len(of_status)} {words}", _table((*_HEADS, "reason", "advice"), lines)))
     if warned := rows(session["warnings"]) if "warnings" in session else []:
-        told = [[row["code"], row["channel"] or "", row["message"]] for row in warned]
+        lines = [[row["code"], row["channel"] or "", row["message"]] for row in warned]
         words = f"{len(warned)} warning{'' if len(warned) == 1 else 's'}"
-        parts.append(_folded(words, _table(("code", "channel", "message"), told)))
+        parts.append(_folded(words, _table(("code", "channel", "message"), lines)))
     return "".join(parts)
 
 
 def _ride(session: Session) -> str:
     """The ride in a few words."""
     info = session.info
-    told = [f"{info['n_used']} of {info['n_manoeuvres']} manoeuvres used", f"{info['duration']:.0f} s"]
+    facts = [f"{info['n_used']} of {info['n_manoeuvres']} manoeuvres used", f"{info['duration']:.0f} s"]
     if info["distance"] is not None:
-        told.append(f"{info['distance'] / 1000:.1f} km")
+        facts.append(f"{info['distance'] / 1000:.1f} km")
     if info["start_time"] is not None:
-        told.append(f"{info['start_time']:%Y-%m-%d %H:%M} UTC")
-    told += [f"{tyre} {info[f'tyre_{tyre}']}" for tyre in ("front", "rear") if info[f"tyre_{tyre}"]]
-    return escape(", ".join(told))
+        facts.append(f"{info['start_time']:%Y-%m-%d %H:%M} UTC")
+    facts += [f"{tyre} {info[f'tyre_{tyre}']}" for tyre in ("front", "rear") if info[f"tyre_{tyre}"]]
+    return escape(", ".join(facts))
 
 
 def _in_order(found: list[Row]) -> list[Row]:
@@ -94,8 +94,8 @@ def number(value: float, low: float | None, high: float | None) -> str:
 
 def _table(heads: tuple[str, ...], body: list[list[str]]) -> str:
     head = "".join(f"<th>{escape(text)}</th>" for text in heads)
-    told = "".join(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>" for row in body)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{told}</tbody></table>"
+    lines = "".join(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>" for row in body)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
 
 
 def _folded(summary: str, inside: str) -> str:

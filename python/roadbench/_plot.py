@@ -128,11 +128,11 @@ def _the_only(rows: Rows, session: str | None, bike: str | None) -> tuple[str, s
     found = [(s, b) for s, b in there if session in (None, s) and bike in (None, b)]
     if len(found) == 1:
         return found[0]
-    told = ", ".join(f"{s} of {b}" for s, b in (found or there)[:8]) or "none"
+    listed = ", ".join(f"{s} of {b}" for s, b in (found or there)[:8]) or "none"
     more = ", ..." if len(found or there) > 8 else ""
     if not found:
-        raise Invalid(f"there is no session {session or ''}{f' of {bike}' if bike else ''}; there are {told}{more}")
-    raise Invalid(f"which session? Name one, and its bike where two have one of that name: {told}{more}")
+        raise Invalid(f"there is no session {session or ''}{f' of {bike}' if bike else ''}; there are {listed}{more}")
+    raise Invalid(f"which session? Name one, and its bike where two have one of that name: {listed}{more}")
 
 
 def _arrays(frame: Any) -> Rows:

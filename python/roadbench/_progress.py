@@ -44,7 +44,7 @@ _AGAIN = 0.2
 
 
 def listener(show: Show) -> Listener | None:
-    """Who is told; nobody where no progress is to be shown."""
+    """Who hears of it; nobody where no progress is to be shown."""
     if callable(show):
         return show
     if show is None:
@@ -119,8 +119,8 @@ def _terminal() -> Callable[[Bar], None]:
     return draw
 
 
-def watched(command: Literal["run", "diagnose"], options: dict[str, Any], told: Listener) -> Summary:
-    """The command in a child process; ``told`` hears of every log."""
+def watched(command: Literal["run", "diagnose"], options: dict[str, Any], hearer: Listener) -> Summary:
+    """The command in a child process; ``hearer`` hears of every log."""
     environment = dict(os.environ)
     environment.pop("ROADBENCH_BIKES", None)  # a function's arguments are all it goes by
     began = datetime.datetime.now(datetime.UTC)
@@ -135,7 +135,7 @@ def watched(command: Literal["run", "diagnose"], options: dict[str, Any], told: 
         env=environment,
         start_new_session=True,  # Ctrl-C comes to us alone, and we hand it on once
     )
-    heard = _Heard(command, told)
+    heard = _Heard(command, hearer)
     try:
         interrupted = _listen(child, heard)
     except BaseException:
@@ -143,8 +143,8 @@ def watched(command: Literal["run", "diagnose"], options: dict[str, Any], told: 
         child.wait()
         raise
     finally:
-        if isinstance(told, Bar):
-            told.end()
+        if isinstance(hearer, Bar):
+            hearer.end()
     if interrupted:
         raise KeyboardInterrupt
     heard.check(child.returncode)
@@ -190,8 +190,8 @@ def _listen(child: subprocess.Popen[str], heard: _Heard) -> bool:
 class _Heard:
     """What a child has said."""
 
-    def __init__(self, command: str, told: Listener) -> None:
-        self._command, self._told = command, told
+    def __init__(self, command: str, hearer: Listener) -> None:
+        self._command, self._hearer = command, hearer
         self._total = self._done = 0
         self._words: list[str] = []
         self.codes: dict[str, int] = {}
@@ -221,7 +221,7 @@ class _Heard:
         self._done += 1
         if (code := event.get("code")) is not None:
             self.codes[code] = self.codes.get(code, 0) + 1
-        self._told(Progress(self._done, self._total, event.get("session", ""), event["log"], event["status"]))
+        self._hearer(Progress(self._done, self._total, event.get("session", ""), event["log"], event["status"]))
 
     def check(self, code: int) -> None:
         """An error where the command failed; logs that were rejected are none."""

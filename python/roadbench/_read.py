@@ -54,7 +54,7 @@ class Tables(Mapping[str, Any]):
         self._wanted = selection(sessions, bike)
         if self._wanted != Selection():
             with self._still():
-                self._wanted.places(self._folder, self.frames)  # an unknown id is told at once
+                self._wanted.places(self._folder, self.frames)  # an unknown id is refused at once
 
     def __enter__(self) -> Tables:
         self._held.append(contextlib.ExitStack())

@@ -101,7 +101,7 @@ class Session(Mapping[str, Any]):
 
         Args:
             name: of the table.
-            frames: ``polars``, ``pandas`` or ``arrow``; ``None`` takes what :func:`roadbench.read` was told, else the
+            frames: ``polars``, ``pandas`` or ``arrow``; ``None`` takes what :func:`roadbench.read` was given, else the
                 first that is installed.
         """
         table = self[name]
@@ -114,8 +114,8 @@ class Session(Mapping[str, Any]):
     @property
     def units(self) -> Mapping[str, dict[str, str]]:
         """Units by table and column, SI if not said otherwise; a column without a unit is left out."""
-        if (told := getattr(self._tables, "units", None)) is not None:
-            return cast(Mapping[str, dict[str, str]], told)
+        if (units := getattr(self._tables, "units", None)) is not None:
+            return cast(Mapping[str, dict[str, str]], units)
         schemas = {name: table.schema for name, table in self.items()}
         pairs = {name: [(c, schema.unit(c)) for c in schema.names] for name, schema in schemas.items()}
         return {name: {column: unit for column, unit in each if unit is not None} for name, each in pairs.items()}

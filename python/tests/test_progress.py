@@ -28,20 +28,20 @@ def logs(tmp_path, log):
 
 
 def test_a_run_that_is_watched_is_the_same_run(logs, tmp_path):
-    told = []
-    watched = roadbench.run(logs, tmp_path / "a", bikes=BIKES, progress=told.append, jobs=1)
+    heard = []
+    watched = roadbench.run(logs, tmp_path / "a", bikes=BIKES, progress=heard.append, jobs=1)
     alone = roadbench.run(logs, tmp_path / "b", bikes=BIKES, progress=False, jobs=1)
     assert files(tmp_path / "a") == files(tmp_path / "b")
     assert {k: v for k, v in watched.items() if k not in TIMES} == {k: v for k, v in alone.items() if k not in TIMES}
     assert watched == json.loads((tmp_path / "a" / "run.json").read_text())
     assert watched["rejected_by_code"] == {"no_channel_map": 1}
-    assert [(p.done, p.total) for p in told] == [(1, 3), (2, 3), (3, 3)]
-    assert {p.session: p.status for p in told} == {"": "rejected", "archive_s0001": "done", "archive_s0003": "done"}
-    assert {p.log for p in told} == {str(log) for log in logs}
-    told.clear()
-    again = roadbench.run(logs, tmp_path / "a", bikes=BIKES, progress=told.append)
+    assert [(p.done, p.total) for p in heard] == [(1, 3), (2, 3), (3, 3)]
+    assert {p.session: p.status for p in heard} == {"": "rejected", "archive_s0001": "done", "archive_s0003": "done"}
+    assert {p.log for p in heard} == {str(log) for log in logs}
+    heard.clear()
+    again = roadbench.run(logs, tmp_path / "a", bikes=BIKES, progress=heard.append)
     assert (again["computed"], again["unchanged"], again["rejected"]) == (0, 2, 1)
-    assert sorted(p.status for p in told) == ["rejected", "unchanged", "unchanged"]
+    assert sorted(p.status for p in heard) == ["rejected", "unchanged", "unchanged"]
 
 
 def test_every_option_reaches_it(log, bike, tmp_path, monkeypatch):
@@ -62,13 +62,13 @@ def test_every_option_reaches_it(log, bike, tmp_path, monkeypatch):
 
 
 def test_a_diagnosis_is_watched_too(log, tmp_path):
-    told = []
-    watched = roadbench.diagnose(log, tmp_path / "a", bikes=BIKES, nulls=8, progress=told.append)
+    heard = []
+    watched = roadbench.diagnose(log, tmp_path / "a", bikes=BIKES, nulls=8, progress=heard.append)
     alone = roadbench.diagnose(log, tmp_path / "b", bikes=BIKES, nulls=8)
     assert files(tmp_path / "a") == files(tmp_path / "b")
     left_out = TIMES | {"pipeline", "pipeline_hash"}
     assert {k: v for k, v in watched.items() if k not in TIMES} == {k: v for k, v in alone.items() if k not in left_out}
-    assert [(p.done, p.total, p.session, p.status) for p in told] == [(1, 1, "archive_s0001", "done")]
+    assert [(p.done, p.total, p.session, p.status) for p in heard] == [(1, 1, "archive_s0001", "done")]
 
 
 @pytest.mark.parametrize(

@@ -38,8 +38,8 @@ def of_session(out, name, session):
 def test_what_it_is(session, fleet, log):
     theirs = of_session(fleet, "sessions", log.stem).to_pylist()[0]
     assert (session.id, session.bike) == (log.stem, "archive_01") == (theirs["session_id"], theirs["bike_id"])
-    told = {key: session.info[key] for key in ("duration", "distance", "n_used", "n_manoeuvres", "tyre_front", "input_hash")}
-    assert told == {key: theirs[key] for key in told}
+    own = {key: session.info[key] for key in ("duration", "distance", "n_used", "n_manoeuvres", "tyre_front", "input_hash")}
+    assert own == {key: theirs[key] for key in own}
     assert session.units["sessions"]["duration"] == "s" and "session_id" not in session.units["sessions"]
 
 
@@ -83,8 +83,8 @@ def test_lazy_tables_of_a_session(fleet, log):
 def test_a_notebook_is_told_the_answer_first(session, fleet, log):
     rows = of_session(fleet, "coefficients", log.stem).to_pylist()
     ok = [row for row in rows if row["status"] == "ok"]
-    told = session._repr_html_()
-    first, table, rest = told.partition("<table>")
+    html = session._repr_html_()
+    first, table, rest = html.partition("<table>")
     assert f"{len(ok)} of {len(rows)} coefficients ok, 1 warning" in first and "91 of 194 manoeuvres used" in first and table
     answer, _, more = rest.partition("</table>")
     assert answer.count("<tr>") == 1 + len(ok)
@@ -101,14 +101,14 @@ def test_a_notebook_is_told_the_answer_first(session, fleet, log):
     assert not by_key
     for status, words in (("poorly_determined", "poorly determined"), ("assumed", "assumed")):
         assert f"<summary>{sum(row['status'] == status for row in rows)} {words}" in more
-    assert "<script" not in told and "http" not in told
+    assert "<script" not in html and "http" not in html
 
 
 def test_what_a_log_says_is_no_markup(memory):
     row = memory.frame("coefficients", "arrow").to_pylist()[0] | {"status": "ok", "coefficient": "<b>&"}
     fake = {"coefficients": pa.Table.from_pylist([row]), "sessions": memory["sessions"]}
-    told = _html.session(roadbench.Session(fake, "<i>", "b"))
-    assert "&lt;b&gt;&amp;" in told and "<i>" not in told and "1 of 1 coefficients ok" in told
+    html = _html.session(roadbench.Session(fake, "<i>", "b"))
+    assert "&lt;b&gt;&amp;" in html and "<i>" not in html and "1 of 1 coefficients ok" in html
 
 
 @pytest.mark.parametrize(
