@@ -1,5 +1,7 @@
 //! One riding session in memory: who, when, on what, and its channels on one clock.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::channel::Channel;
@@ -34,7 +36,8 @@ pub struct Markers {
     pub line: Option<[[f64; 2]; 2]>,
 }
 
-/// Channels on one uniform clock. A missing sample is NaN; an absent channel is `None`.
+/// Channels on one uniform clock. A missing sample is NaN; an absent channel is `None`. A clone shares its channels with
+/// the original until one of the two changes them.
 #[derive(Debug, Clone)]
 pub struct Session {
     /// Who, when, on what.
@@ -51,7 +54,7 @@ pub struct Session {
     /// Channels that other channels contradict and that stay all the same, with what was seen: no coefficient that
     /// depends on one of them is determined.
     pub contradicted: Vec<(Channel, String)>,
-    columns: Vec<Option<Vec<f64>>>,
+    columns: Vec<Option<Arc<Vec<f64>>>>,
 }
 
 impl Session {
@@ -70,12 +73,12 @@ impl Session {
 
     /// The samples of a channel, SI units, NaN where there is none.
     pub fn get(&self, channel: Channel) -> Option<&[f64]> {
-        self.columns[channel as usize].as_deref()
+        self.columns[channel as usize].as_deref().map(Vec::as_slice)
     }
 
     /// The samples of a channel, to change them in place.
     pub fn get_mut(&mut self, channel: Channel) -> Option<&mut Vec<f64>> {
-        self.columns[channel as usize].as_mut()
+        self.columns[channel as usize].as_mut().map(Arc::make_mut)
     }
 
     /// Whether the session has the channel at all.
@@ -89,12 +92,12 @@ impl Session {
     /// If `samples` is not `len` long: a caller's mistake, never the input's.
     pub fn set(&mut self, channel: Channel, samples: Vec<f64>) {
         assert_eq!(samples.len(), self.len, "channel {channel}: wrong length");
-        self.columns[channel as usize] = Some(samples);
+        self.columns[channel as usize] = Some(Arc::new(samples));
     }
 
     /// Takes a channel out.
     pub fn remove(&mut self, channel: Channel) -> Option<Vec<f64>> {
-        self.columns[channel as usize].take()
+        self.columns[channel as usize].take().map(Arc::unwrap_or_clone)
     }
 
     /// The channels that are there, in schema order.
