@@ -147,6 +147,7 @@ fn of_machine(
         plan: "naturalistic",
         hidden: Vec::new(),
         foreign: None,
+        odd: Vec::new(),
     };
     let (mut scenario, _) = none.machine()?;
     scenario.seed = 7919 * (ride as u64 + 1) + 31 * seed + number as u64;

@@ -297,6 +297,11 @@ pub mod fit {
             pub use crate::fit::in_gear::solve::held_at;
         }
     }
+    pub mod outlying {
+        pub use crate::fit::outlying::comparison::Compared;
+        pub use crate::fit::outlying::quantity::{Fitted, Outlying};
+        pub use crate::fit::outlying::{comparisons, find};
+    }
     pub mod refit {
         pub use crate::fit::refit::{MOST_CORNER, Refit};
     }
@@ -598,6 +603,9 @@ pub mod simulate {
     pub mod plan {
         pub use crate::simulate::plan::{Phase, Plan, PlanKind};
     }
+    pub mod odd_manoeuvre {
+        pub use crate::simulate::odd_manoeuvre::{OddKind, OddManoeuvre};
+    }
     pub mod population {
         pub use crate::simulate::population::machine::Machine;
         pub mod bike {
@@ -710,12 +718,13 @@ pub mod store {
             pub use crate::store::tables::lap_rows::{
                 LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
             };
+            pub use crate::store::tables::outlying_rows::OutlyingManoeuvre;
             pub use crate::store::tables::parameter_rows::TyreParameters;
             pub use crate::store::tables::rows::{
                 CauseRow, ChangeRow, Coefficient, ComparisonRow, DiscrepancyRow, EffectTrace,
                 EstimateRow, EventRow, EvidenceRow, FleetRow, Manoeuvre, PeakRow, PlotPoint,
                 PooledRow, Provenance, RatioRow, Rejected, SessionRow, SimulatedSample,
-                SimulationError, Truth, TyreRow, WarningRow,
+                SimulationError, Truth, TruthSegment, TyreRow, WarningRow,
             };
         }
     }

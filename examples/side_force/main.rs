@@ -41,8 +41,15 @@ const MOST: f64 = 1000.0;
 
 /// A machine of the paper's scenario whose bike file is true, and sensors of the usual noise.
 fn usual(seed: u64, number: usize) -> (Scenario, Machine) {
-    let case =
-        Case { seed, number, kind: Hidden::Null, plan: "paper", hidden: Vec::new(), foreign: None };
+    let case = Case {
+        seed,
+        number,
+        kind: Hidden::Null,
+        plan: "paper",
+        hidden: Vec::new(),
+        foreign: None,
+        odd: Vec::new(),
+    };
     case.machine().expect("built in")
 }
 

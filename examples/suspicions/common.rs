@@ -23,7 +23,8 @@ use roadbench::internals::tyre::tyre_model::TyreModel;
 /// A scenario and its machine that hides some effects from its bike file.
 pub fn machine(plan: &'static str, number: usize, hidden: &[(&str, f64)]) -> (Scenario, Machine) {
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
-    let case = Case { seed: 0, number, kind: Kind::Single, plan, hidden, foreign: None };
+    let case =
+        Case { seed: 0, number, kind: Kind::Single, plan, hidden, foreign: None, odd: Vec::new() };
     case.machine().expect("built in")
 }
 

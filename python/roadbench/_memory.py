@@ -39,8 +39,8 @@ def run_session(
 
     Returns:
         A :class:`Session`, a mapping of tables by name, with the rows and schemas that ``roadbench run`` writes:
-        ``sessions`` (one row), ``coefficients``, ``evidence``, ``manoeuvres``, ``warnings``, ``plots``, ``tyre_parameters``; ``forces``
-        off-road, ``signals`` if asked for. A log that does not name its bike takes the bike file's name. A
+        ``sessions`` (one row), ``coefficients``, ``evidence``, ``manoeuvres``, ``warnings``, ``plots``, ``tyre_parameters``;
+        ``outlying_manoeuvres`` where some are, ``forces`` off-road, ``signals`` if asked for. A log that does not name its bike takes the bike file's name. A
         session that came from a table has ``(table)`` as its path, and as its input's hash that of
         its numbers.
 

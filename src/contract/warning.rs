@@ -2,6 +2,9 @@
 
 use super::channel::Channel;
 
+/// Code of the warning of a manoeuvre that is not as the others of its ride.
+pub(crate) const OUTLYING_MANOEUVRE: &str = "outlying_manoeuvre";
+
 /// Something odd that did not stop the session: a row of the `warnings` table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {

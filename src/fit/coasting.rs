@@ -161,6 +161,40 @@ fn resistance_rows(x: &Samples, inputs: &Inputs, radius: [f64; 2]) -> Resistance
     rows
 }
 
+/// A coasting run as a whole.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Run {
+    /// Index of the segment.
+    pub segment: usize,
+    /// Means of what the resistance is fitted to.
+    pub columns: Vec<f64>,
+    /// Mean resistance over weight.
+    pub resistance: f64,
+    /// Number of samples.
+    pub samples: usize,
+}
+
+/// The means of each coasting run.
+pub(crate) fn runs(x: &Samples, inputs: &Inputs) -> Vec<Run> {
+    let rows = resistance_rows(x, inputs, inputs.radius);
+    let mut out: Vec<Run> = Vec::new();
+    for (i, &segment) in rows.clusters.iter().enumerate() {
+        if out.last().is_none_or(|run| run.segment != segment) {
+            let columns = vec![0.0; rows.columns.len()];
+            out.push(Run { segment, columns, resistance: 0.0, samples: 0 });
+        }
+        if let Some(run) = out.last_mut() {
+            run.samples += 1;
+            let n = run.samples as f64;
+            for (mean, column) in run.columns.iter_mut().zip(&rows.columns) {
+                *mean += (column[i] - *mean) / n;
+            }
+            run.resistance += (rows.y[i] - run.resistance) / n;
+        }
+    }
+    out
+}
+
 /// Fits everything that coasting gives; `front` are the samples for the front radius, `known` says whether the log tells
 /// coasting from drive: else there is no resistance.
 pub fn fit(x: &Samples, front: &Samples, known: bool, inputs: &Inputs) -> Coasting {

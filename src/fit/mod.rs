@@ -4,7 +4,8 @@
 //! order on the samples of a session ([`data`], [`selection`], [`rows`]) and again for every upstream quantity
 //! that is uncertain ([`variation`], [`refit`]); [`assemble`] makes the coefficients of what was
 //! fitted, [`coefficients`] the rows of the table, with the status of [`verdict`], [`missing`] what the
-//! numbers cost that the bike file does not have, [`bands`] how well the curves are known that charts draw.
+//! numbers cost that the bike file does not have, [`bands`] how well the curves are known that charts draw, [`outlying`]
+//! which manoeuvres are not as the others.
 
 pub(crate) mod assemble;
 pub(crate) mod bands;
@@ -21,6 +22,7 @@ pub(crate) mod friction;
 pub(crate) mod in_gear;
 pub(crate) mod measured;
 pub(crate) mod missing;
+pub(crate) mod outlying;
 pub(crate) mod refit;
 pub(crate) mod rows;
 pub(crate) mod selection;

@@ -19,6 +19,7 @@ use crate::estimate;
 use crate::fit::in_gear::InGear;
 use crate::fit::in_gear::by_lap::{self, ByLap};
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
+use crate::fit::outlying::{self, Fitted};
 use crate::fit::{
     Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, measured,
     missing, transients, wheel_scale,
@@ -114,6 +115,10 @@ pub(super) fn run(
     let plots =
         plots::road::rows(&ride, &segments, &data, &solution, &coefficients, &laps, &compared);
     noticed.extend(measured::warnings(&compared));
+    let fitted = Fitted { session: &ride, segments: &segments, data: &data, solution: &solution };
+    let outlying = outlying::find(&fitted);
+    noticed.extend(outlying::rows::warnings(&fitted, &outlying));
+    let outlying = outlying::rows::rows(&fitted, &outlying, &ident);
     let warnings = warnings(&ident, noticed);
     if !is_grade_logged {
         // what the altitude gave is no channel of the log
@@ -121,10 +126,13 @@ pub(super) fn run(
     }
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     let tyres = parameters::rows(&session, &coefficients, &manoeuvres, &plots, bike);
-    let other_tables = match tyres.is_empty() {
-        true => Vec::new(),
-        false => vec![table(&tyres).map_err(|e| Rejection::unwritable(&e))?],
-    };
+    let mut other_tables = Vec::new();
+    if !outlying.is_empty() {
+        other_tables.push(table(&outlying).map_err(|e| Rejection::unwritable(&e))?);
+    }
+    if !tyres.is_empty() {
+        other_tables.push(table(&tyres).map_err(|e| Rejection::unwritable(&e))?);
+    }
     Ok(Outcome {
         session,
         manoeuvres,

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::odd_manoeuvre::OddManoeuvre;
 use super::scenario::{Machine, Scenario};
 use super::transients::Transients;
 use crate::contract::bike::Bike;
@@ -64,6 +65,8 @@ pub struct Case {
     pub hidden: Vec<(&'static Effect, f64)>,
     /// What no effect describes, and its size.
     pub foreign: Option<(&'static str, f64)>,
+    /// Manoeuvres that are not as the others; none is drawn, a study puts them in.
+    pub odd: Vec<OddManoeuvre>,
 }
 
 /// Things outside the library: gains of sensors and the like.
@@ -115,7 +118,7 @@ impl Case {
             let (name, size) = FOREIGN[number / 2 % FOREIGN.len()];
             (name, size * random.between(0.7, 1.5))
         });
-        Case { seed, number, kind, plan, hidden, foreign }
+        Case { seed, number, kind, plan, hidden, foreign, odd: Vec::new() }
     }
 
     /// The motorcycle of the case: its bike file says the truth but for what is hidden.
@@ -127,6 +130,7 @@ impl Case {
             scenario.plans.iter_mut().for_each(|plan| plan.transients = *transients);
         }
         scenario.seed = scenario.seed.wrapping_add(self.seed);
+        scenario.odd_manoeuvres.clone_from(&self.odd);
         let named = ["acceleration_x", "acceleration_y", "yaw_rate"];
         let more = if self.kind == Kind::Noisy { 1.5 } else { 1.0 };
         for (name, sensor) in &mut scenario.sensors {

@@ -13,6 +13,7 @@
 pub(crate) mod bench_points;
 pub(crate) mod builtin;
 pub(crate) mod compare;
+pub(crate) mod conditions;
 pub(crate) mod effects;
 pub(crate) mod error;
 #[cfg(feature = "internals")]
@@ -27,6 +28,7 @@ pub(crate) mod motocross;
 pub(crate) mod motorcycle;
 pub(crate) mod multibody;
 pub(crate) mod multibody_ride;
+pub(crate) mod odd_manoeuvre;
 pub(crate) mod path;
 pub(crate) mod pilot;
 pub(crate) mod plan;

@@ -105,6 +105,7 @@ pub(crate) fn tour_on(
         imu: None,
         model_error: error,
         disturbance: scenario.disturbance,
+        odd_manoeuvres: scenario.odd_manoeuvres.clone(),
         bike,
         model: Model::new(motorcycle, road).with(&error),
     }

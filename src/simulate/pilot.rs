@@ -1,5 +1,6 @@
 //! The rider of the multibody motorcycle: demands to steering torque, throttle and brakes.
 
+use super::conditions::Conditions;
 use super::preview::{Preview, Target};
 use super::programme::{Controls, Demand, Lean, Perceived, Programme};
 use crate::simulate::multibody::trim::NoTrim;
@@ -76,7 +77,10 @@ impl<'a> Pilot<'a> {
     pub(crate) fn act(&mut self, state: &State, scratch: &Scratch) -> (Action, Controls, bool) {
         let seen = self.perceive(state, scratch);
         let demand = self.programme.decide(&seen);
-        let mut action = Action::default();
+        let Conditions { lost_grip, head_wind } = demand.conditions;
+        // a head wind blows against the heading
+        let wind = [-head_wind * seen.yaw.cos(), -head_wind * seen.yaw.sin()];
+        let mut action = Action { lost_grip, wind, ..Action::default() };
         let mut controls = Controls { gear: demand.gear, ..Controls::default() };
         self.drive(&demand, &seen, scratch, &mut action, &mut controls);
         self.brake(&demand, &mut action);

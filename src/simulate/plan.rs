@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::conditions::Conditions;
 use super::path::LaneChange;
 use super::swing::Swing;
 use super::transients::Transients;
@@ -106,6 +107,11 @@ pub enum Phase {
     Shift {
         /// 1 to 6.
         gear: u8,
+    },
+    /// From here on road and air are others.
+    Meet {
+        /// What is met.
+        conditions: Conditions,
     },
     /// Follows a path with its own speed profile. Nonlinear motorcycle.
     Follow {

@@ -2,6 +2,7 @@
 //! acceleration and brake pressures. How a motorcycle is made to follow them is in
 //! [`super::rider`] and [`super::pilot`].
 
+use super::conditions::Conditions;
 use super::path::{Course, LaneChange, quintic};
 use super::plan::Phase;
 pub(crate) use super::swing::Lean;
@@ -57,6 +58,8 @@ pub(crate) struct Demand {
     pub path: Option<Course>,
     /// Gear.
     pub gear: f64,
+    /// What road and air are besides their usual.
+    pub conditions: Conditions,
     /// Whether the phase ends with this instant.
     pub done: bool,
 }
@@ -83,6 +86,7 @@ pub(crate) struct Programme<'a> {
     /// Acceleration that is asked for now, m/s².
     acceleration: f64,
     gear: f64,
+    conditions: Conditions,
     profile: Vec<f64>,
     dt: f64,
 }
@@ -101,6 +105,7 @@ impl<'a> Programme<'a> {
             slowed: false,
             acceleration: 0.0,
             gear: 1.0,
+            conditions: Conditions::default(),
             profile: Vec::new(),
             dt,
         }
@@ -162,7 +167,12 @@ impl<'a> Programme<'a> {
 
     /// One decision, held for the next `dt` seconds.
     pub(crate) fn decide(&mut self, seen: &Perceived) -> Demand {
-        let demand = Demand { lean: self.straight(seen), gear: self.gear, ..Demand::default() };
+        let demand = Demand {
+            lean: self.straight(seen),
+            gear: self.gear,
+            conditions: self.conditions,
+            ..Demand::default()
+        };
         let demand = match self.phase().copied() {
             Some(phase) => self.demand(&phase, seen, demand),
             None => demand,
@@ -232,6 +242,10 @@ impl<'a> Programme<'a> {
                 demand.lean = swing.at(t);
                 demand.swing = Some((swing, t));
                 demand.done = t >= swing.length();
+            }
+            Phase::Meet { conditions } => {
+                self.conditions = conditions;
+                demand.done = true;
             }
             Phase::Shift { gear } => {
                 self.gear = f64::from(gear);

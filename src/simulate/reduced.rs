@@ -1,6 +1,7 @@
 //! One session on the reduced-order motorcycle.
 
 use super::motorcycle::{Action, Plant, Response, State};
+use super::odd_manoeuvre::with_odd;
 use super::plan::{self, Phase};
 use super::programme::Controls;
 use super::rider::{Disturbance, Rider};
@@ -33,6 +34,7 @@ pub fn session_with(
     let plan = &scenario.plans[number % scenario.plans.len()];
     let mut phases = plan.phases(&mut purpose("plan"));
     phases.extend(more(plan::heading(&phases)));
+    let phases = with_odd(phases, &scenario.odd_manoeuvres);
     let day = number / 2 % 28 + 1;
     let meta = Meta {
         session_id: id.clone(),

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::imu::{self, Motion};
+use super::odd_manoeuvre::with_odd;
 use super::pilot::{Pilot, Skill};
 use super::programme::{Controls, Programme};
 use super::sensors;
@@ -66,7 +67,8 @@ pub fn period(rate: f64) -> f64 {
 pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
     let id = format!("{}_{}_s{:04}", tour.name, tour.bike.bike_id, number + 1);
     let mut random = Random::new(tour.seed, &format!("{id} plan"));
-    let phases: Vec<_> = tour.manoeuvres.iter().flat_map(|m| m.phases(&mut random)).collect();
+    let phases = tour.manoeuvres.iter().flat_map(|m| m.phases(&mut random)).collect();
+    let phases = with_odd(phases, &tour.odd_manoeuvres);
     let decisions = (DECISIONS / tour.rate).ceil().max(1.0) as usize;
     let period = period(tour.rate);
     let substeps = (period / tour.step).ceil().max(1.0) as usize;

@@ -161,6 +161,7 @@ impl<'a> Rider<'a> {
         }
         self.time += self.dt;
         action.time = self.time;
+        action.lost_grip = demand.conditions.lost_grip;
         if let Some(wanted) = acceleration {
             let p = self.plant;
             let resist =
@@ -186,6 +187,7 @@ impl<'a> Rider<'a> {
         let running = (state.vx / 2.0).clamp(0.0, 1.0);
         action.force_x = running
             * (self.noise[0].next(&mut self.random) - self.plant.mass * GRAVITY * self.grade);
+        action.force_x -= self.plant.drag * demand.conditions.pressure_gain(state.vx);
         action.force_y = running * self.noise[1].next(&mut self.random);
         action.moment_z = running * self.noise[2].next(&mut self.random);
         controls.pressure = self.pressure;

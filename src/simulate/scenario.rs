@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::builtin;
 use super::motorcycle::Plant;
+use super::odd_manoeuvre::OddManoeuvre;
 use super::plan::Plan;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
@@ -87,6 +88,8 @@ struct File {
     #[serde(default)]
     disturbance: Disturbance,
     #[serde(default)]
+    odd_manoeuvres: Vec<OddManoeuvre>,
+    #[serde(default)]
     sensors: Sensors,
 }
 
@@ -121,6 +124,8 @@ pub struct Scenario {
     pub fleet: Fleet,
     /// Unsteadiness of rider, road and air.
     pub disturbance: Disturbance,
+    /// Manoeuvres that are not as the others of their ride.
+    pub odd_manoeuvres: Vec<OddManoeuvre>,
     /// The sensors.
     pub sensors: Sensors,
     bike: Bike,
@@ -200,6 +205,9 @@ impl Scenario {
                 );
             }
         }
+        for odd in &given.odd_manoeuvres {
+            odd.check().map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
+        }
         let mut model_error = ModelError::default();
         for (name, value) in &given.effects {
             let effect = Effect::named(name).map_err(|e| file.wrong(format!("[effects]: {e}")))?;
@@ -216,6 +224,7 @@ impl Scenario {
             plans: given.plans,
             fleet: given.fleet,
             disturbance: given.disturbance,
+            odd_manoeuvres: given.odd_manoeuvres,
             sensors: given.sensors,
             bike,
             truth,

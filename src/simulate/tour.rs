@@ -17,6 +17,7 @@ use serde::Deserialize;
 use super::builtin::{self, text_with_key};
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
+use super::odd_manoeuvre::OddManoeuvre;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
 use crate::contract::bike::Bike;
@@ -44,6 +45,8 @@ struct File {
     front_tyre: Option<String>,
     rear_tyre: Option<String>,
     manoeuvres: Vec<Manoeuvre>,
+    #[serde(default)]
+    odd_manoeuvres: Vec<OddManoeuvre>,
     #[serde(default)]
     road: Road,
     #[serde(default)]
@@ -89,6 +92,8 @@ pub struct Tour {
     pub model_error: ModelError,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,
+    /// Manoeuvres that are not as the others of their ride.
+    pub odd_manoeuvres: Vec<OddManoeuvre>,
     /// The motorcycle on its road.
     pub model: Model,
     /// What the analyst's bike file says.
@@ -123,6 +128,9 @@ impl Tour {
         }
         for manoeuvre in &given.manoeuvres {
             manoeuvre.check().map_err(|e| file.wrong(e))?;
+        }
+        for odd in &given.odd_manoeuvres {
+            odd.check().map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
         }
         given.road.check().map_err(|e| file.wrong(e))?;
         let channel = |name: &String| Channel::named(name).map_err(|e| file.wrong(e));
@@ -165,6 +173,7 @@ impl Tour {
             imu: given.imu,
             model_error: ModelError::default(),
             disturbance: Disturbance::default(),
+            odd_manoeuvres: given.odd_manoeuvres,
             bike,
             model: Model::new(motorcycle, given.road),
         })

@@ -83,7 +83,9 @@ impl Unsteady {
             let dragging = self.model_error.brake_drag(0.0, self.mass, whole, axle);
             *torque = *torque * pad * gain + dragging;
         }
-        action.wind = self.wind;
+        for (air, wind) in action.wind.iter_mut().zip(self.wind) {
+            *air += wind;
+        }
         self.time += self.period;
         action.time = self.time;
         let [ahead, left] = [0, 1].map(|k| self.noise[k].next(&mut self.random));

@@ -26,7 +26,15 @@ const LEANING: &str = "6 corners to both sides with the body hung off and 6 with
 /// Half of the paper's ride, left-hand corners only, with effects in it, and a set on top.
 fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, Machine) {
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
-    let case = Case { seed: 0, number, kind: Kind::Single, plan: "paper", hidden, foreign: None };
+    let case = Case {
+        seed: 0,
+        number,
+        kind: Kind::Single,
+        plan: "paper",
+        hidden,
+        foreign: None,
+        odd: Vec::new(),
+    };
     let (mut scenario, machine) = case.machine().expect("scenario");
     scenario.plans = vec![Plan {
         kind: PlanKind::Paper,
@@ -192,8 +200,15 @@ fn a_set_does_what_is_said_of_it() {
 #[test]
 fn declared_likeness_is_the_computed_one() {
     let known = simulate::hidden::PLANS.map(|plan| {
-        let case =
-            Case { seed: 0, number: 2, kind: Kind::Null, plan, hidden: Vec::new(), foreign: None };
+        let case = Case {
+            seed: 0,
+            number: 2,
+            kind: Kind::Null,
+            plan,
+            hidden: Vec::new(),
+            foreign: None,
+            odd: Vec::new(),
+        };
         let ridden = case.ride().expect("ridden");
         let Fitted { samples, base, .. } = fitted(&ridden);
         known(&samples, &base, ALL)

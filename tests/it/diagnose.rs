@@ -26,7 +26,15 @@ use roadbench::internals::{filter, segment};
 /// A naturalistic ride with some effects in it.
 fn case(number: usize, hidden: &[(&str, f64)]) -> Case {
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
-    Case { seed: 0, number, kind: Kind::Single, plan: "naturalistic", hidden, foreign: None }
+    Case {
+        seed: 0,
+        number,
+        kind: Kind::Single,
+        plan: "naturalistic",
+        hidden,
+        foreign: None,
+        odd: Vec::new(),
+    }
 }
 
 /// What diagnosis makes of the files of a case, `without` some candidates.
@@ -172,6 +180,7 @@ fn a_second_cause_is_the_next_beside_a_large_one() {
         plan: "paper",
         hidden: hidden.map(known).to_vec(),
         foreign: None,
+        odd: Vec::new(),
     };
     let hidden = hidden.map(|(name, _)| name);
     let others = ["side_force_ratio_front", "radius_speed", "wind", "latency", "brake_drag"];
@@ -196,8 +205,15 @@ fn a_second_cause_is_the_next_beside_a_large_one() {
 #[test]
 fn a_late_velocity_is_found_whole() {
     let hidden = vec![(Effect::named("latency").expect("known"), -0.05)];
-    let case =
-        Case { seed: 37, number: 192, kind: Kind::Single, plan: "paper", hidden, foreign: None };
+    let case = Case {
+        seed: 37,
+        number: 192,
+        kind: Kind::Single,
+        plan: "paper",
+        hidden,
+        foreign: None,
+        odd: Vec::new(),
+    };
     let names =
         ["latency", "velocity_lever_arm", "steer_zero", "radius_speed", "relaxation_length"];
     let d = ask_for(&case, &names);

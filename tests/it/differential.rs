@@ -35,8 +35,15 @@ fn put(archive: &Path, ride: usize, session: &Session, bike: &Bike) {
 
 fn simulated(ride: usize, hidden: Option<(&str, f64)>) -> (Session, Bike) {
     let plan = "naturalistic";
-    let case =
-        Case { seed: SEED, number: NUMBER, kind: Kind::Null, plan, hidden: vec![], foreign: None };
+    let case = Case {
+        seed: SEED,
+        number: NUMBER,
+        kind: Kind::Null,
+        plan,
+        hidden: vec![],
+        foreign: None,
+        odd: Vec::new(),
+    };
     let (mut scenario, _) = case.machine().expect("a machine");
     scenario.seed = 7919 * (ride as u64 + 1) + 31 * SEED + NUMBER as u64;
     let mut error = ModelError::default();

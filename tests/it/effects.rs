@@ -127,7 +127,8 @@ fn every_effect_changes_a_ride_on_both_motorcycles() {
 /// Samples and fitted base parameters of a ride with nothing hidden.
 fn base() -> (Samples, Parameters) {
     let (kind, plan) = (Kind::Null, "paper");
-    let case = Case { seed: 0, number: 2, kind, plan, hidden: Vec::new(), foreign: None };
+    let case =
+        Case { seed: 0, number: 2, kind, plan, hidden: Vec::new(), foreign: None, odd: Vec::new() };
     let (session, machine) = case.ride().expect("ridden");
     let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
     (fitted.samples, fitted.base.values)

@@ -34,6 +34,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
             plan: "paper",
             hidden,
             foreign: None,
+            odd: Vec::new(),
         };
         let (mut scenario, machine) = case.machine().expect("scenario");
         scenario.plans = vec![Plan {

@@ -51,6 +51,7 @@ mod mutants;
 #[cfg(feature = "cloud")]
 mod navigation;
 mod objects;
+mod odd_manoeuvres;
 mod offroad;
 mod offroad_reference;
 mod outputs;

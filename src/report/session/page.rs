@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use crate::contract::warning::OUTLYING_MANOEUVRE;
 use crate::report::charts::figures::Figures;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::plots::catalogue::{FITS, OFFROAD, RIDE};
@@ -26,6 +27,8 @@ pub(crate) struct Page {
     pub answer: String,
     /// What to ride for those that are missing, in sentences.
     pub advice: Vec<String>,
+    /// What is odd about single manoeuvres, in sentences.
+    pub odd: Vec<String>,
     /// How many coefficients have which status.
     pub verdict: String,
     /// The second line: manoeuvres and warnings.
@@ -157,6 +160,11 @@ pub(crate) fn build(
         bike_id: session.ident.bike_id.clone(),
         answer: answer::determined(coefficients),
         advice: answer::advice(coefficients),
+        odd: warnings
+            .iter()
+            .filter(|w| w.code == OUTLYING_MANOEUVRE)
+            .map(|w| w.message.clone())
+            .collect(),
         verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),
         ridden: format!(
             "{used} of {} manoeuvres used; {}.",

@@ -159,10 +159,11 @@ impl Plant {
 
     /// Tyre outputs per load, tyres as they are under an assumed load.
     #[inline]
-    fn tyres_under(&self, pose: &Pose, s: &State, time: f64, assumed: [f64; 2]) -> PerLoad {
+    fn tyres_under(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> PerLoad {
         let error = &self.model_error;
         let static_load = self.static_load();
-        let friction = self.friction * error.grip(1.0, time, pose.along);
+        let friction =
+            self.friction * (1.0 - action.lost_grip) * error.grip(1.0, action.time, pose.along);
         let mut slip_ratio = [0.0; 2];
         let mut alpha_rate = [0.0; 2];
         let mut lever_arm = [0.0; 2];
@@ -235,7 +236,7 @@ impl Plant {
         let h = self.height_in_plane(cos_phi);
         // the crown's centre stays where it is, the frame comes down onto its springs
         let rising = self.cg_height - self.loaded_crown() + self.loaded_sag();
-        let per_load = self.tyres_under(pose, s, action.time, assumed);
+        let per_load = self.tyres_under(pose, s, action, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
         let torque = both(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };

@@ -77,6 +77,8 @@ pub struct Action {
     pub force_y: f64,
     /// Extra yaw moment.
     pub moment_z: f64,
+    /// Share of the road's friction that is lost.
+    pub lost_grip: f64,
     /// Time since the ride began, s.
     pub time: f64,
     /// How far the mass centre has moved ahead of its place over the wheels, m: a diving frame.
@@ -98,6 +100,7 @@ impl Action {
             force_x: between(self.force_x, to.force_x),
             force_y: between(self.force_y, to.force_y),
             moment_z: between(self.moment_z, to.moment_z),
+            lost_grip: between(self.lost_grip, to.lost_grip),
             time: self.time,
             ahead: between(self.ahead, to.ahead),
             dive_rate: between(self.dive_rate, to.dive_rate),

@@ -49,6 +49,8 @@ pub(crate) struct Surroundings<'a> {
     pub road: &'a Road,
     /// What the motorcycle has beyond its description.
     pub error: &'a ModelError,
+    /// Share of the road's friction that is lost.
+    pub lost_grip: f64,
     /// Since the ride began, s.
     pub time: f64,
     /// Cosine of the heading; zero where no effect depends on it.
@@ -128,7 +130,7 @@ pub(crate) fn roll(
     lag: &[f64; 3],
     around: &Surroundings<'_>,
 ) -> (Wheel, [f64; 3]) {
-    let Surroundings { road, error, time, along } = *around;
+    let Surroundings { road, error, lost_grip, time, along } = *around;
     let carrier = &links[link::CARRIERS[i]];
     let centre = links[link::WHEELS[i]].position;
     let mut geometry = Geometry::new(&carrier.rotation.column(1).into_owned());
@@ -144,7 +146,7 @@ pub(crate) fn roll(
         slip_angle: lag[1],
         camber: if relaxation.camber.is_some() { lag[2] } else { camber },
         load,
-        friction: road.friction_at(contact.x) * error.grip(1.0, time, along),
+        friction: road.friction_at(contact.x) * (1.0 - lost_grip) * error.grip(1.0, time, along),
     };
     let out = tyre.forces(&input);
     let compliance = error.compliance(0.0);

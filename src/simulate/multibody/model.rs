@@ -186,6 +186,7 @@ impl Model {
         let around = Surroundings {
             road: &self.road,
             error: &self.model_error,
+            lost_grip: action.lost_grip,
             time: action.time,
             along: self.along(state),
         };

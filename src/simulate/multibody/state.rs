@@ -161,6 +161,8 @@ pub struct Action {
     pub wind: [f64; 2],
     /// Forces of gusts on the aerodynamic centre beside the wind's drag: along the heading and to the left, N.
     pub gust: [f64; 2],
+    /// Share of the road's friction that is lost.
+    pub lost_grip: f64,
     /// Since the ride began, s.
     pub time: f64,
 }

@@ -11,6 +11,7 @@ pub(crate) mod ident;
 pub(crate) mod lap_rows;
 pub(crate) mod mismatch;
 pub(crate) mod names;
+pub(crate) mod outlying_rows;
 pub(crate) mod output;
 pub(crate) mod parameter_rows;
 pub(crate) mod read;

@@ -155,6 +155,7 @@ tables! {
     MANOEUVRES: "manoeuvres", Manoeuvre, Session, Run, Always;
     FORCES: "forces", ForceRow, Session, Run, WhereItApplies;
     COEFFICIENTS: "coefficients", Coefficient, Session, Run, Always;
+    OUTLYING_MANOEUVRES: "outlying_manoeuvres", OutlyingManoeuvre, Session, Run, WhereItApplies;
     TYRE_PARAMETERS: "tyre_parameters", TyreParameters, Session, Run, WhereItApplies;
     EVIDENCE: "evidence", EvidenceRow, Session, Run, Always;
     WARNINGS: "warnings", WarningRow, Session, Run, Always;

@@ -12,6 +12,7 @@ pub(crate) use super::ident::Ident;
 pub(crate) use super::lap_rows::{
     LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
 };
+pub(crate) use super::outlying_rows::OutlyingManoeuvre;
 pub(crate) use super::parameter_rows::TyreParameters;
 use crate::contract::reason::Reason;
 pub(crate) use crate::contract::status::Status;
@@ -667,7 +668,7 @@ pub struct Truth {
 /// A row of `truth_segments`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub(crate) struct TruthSegment {
+pub struct TruthSegment {
     pub session_id: String,
     pub bike_id: String,
     pub kind: String,
