@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::contract::warning::OUTLYING_MANOEUVRE;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
 use crate::statistics::number_format;
@@ -177,21 +178,24 @@ pub(crate) fn of_warnings(warnings: &[WarningRow]) -> Vec<String> {
     let mut codes: Vec<(&str, Vec<&WarningRow>)> = by_code.into_iter().collect();
     codes.sort_by_key(|(_, all)| std::cmp::Reverse(all.len()));
     let left = codes.len().saturating_sub(WARNINGS);
-    let say = |(code, all): (&str, Vec<&WarningRow>)| -> Option<String> {
-        let first = all.first()?;
+    let say = |(code, all): (&str, Vec<&WarningRow>)| -> Vec<String> {
+        let Some(first) = all.first() else { return Vec::new() };
         let of: BTreeSet<&str> = all.iter().map(|w| w.ident.session_id.as_str()).collect();
-        Some(match (sessions.len(), all.len()) {
-            (1, 1) => format!("Warning ({code}): {}", first.message),
-            (1, n) => format!("Warning ({code}, {n} times): {}", first.message),
-            _ => format!(
+        match (sessions.len(), all.len()) {
+            // each is another finding
+            (1, n) if n == 1 || code == OUTLYING_MANOEUVRE => {
+                all.iter().map(|w| format!("Warning ({code}): {}", w.message)).collect()
+            }
+            (1, n) => vec![format!("Warning ({code}, {n} times): {}", first.message)],
+            _ => vec![format!(
                 "Warning ({code}, {}), as of {}: {}",
                 number_format::count(of.len(), "session"),
                 first.ident.session_id,
                 first.message
-            ),
-        })
+            )],
+        }
     };
-    let mut out: Vec<String> = codes.into_iter().take(WARNINGS).filter_map(say).collect();
+    let mut out: Vec<String> = codes.into_iter().take(WARNINGS).flat_map(say).collect();
     if left > 0 {
         out.push(format!("{} more: table `warnings`.", number_format::count(left, "kind")));
     }

@@ -27,8 +27,8 @@ const fn quantity(name: &'static str, words: &'static str) -> Quantity {
     Quantity { name, unit: "1", words, least: 0.05, shown: ("%", 100.0), causes: [MORE, LESS] }
 }
 
-static FRONT_BRAKED: Quantity = quantity("friction_front", "the front tyre's friction");
-static BRAKED: Quantity = quantity("friction_rear", "the rear tyre's friction");
+static FRONT_BRAKED: Quantity = quantity("friction_front", "friction of the front tyre");
+static BRAKED: Quantity = quantity("friction_rear", "friction of the rear tyre");
 pub(super) static FRONT: Compare = Compare {
     quantity: &FRONT_BRAKED,
     scatter: Scatter { sd: 0.02, worth: 4.0 },

@@ -12,7 +12,7 @@ pub struct Quantity {
     pub name: &'static str,
     /// Unit of value and difference in the table.
     pub unit: &'static str,
-    /// For people: `the front tyre's friction`.
+    /// For people: `friction of the front tyre`.
     pub words: &'static str,
     /// Smallest difference that is worth a word, in its unit.
     pub least: f64,

@@ -7,7 +7,7 @@ use crate::fit::coasting::{Run, runs};
 static QUANTITY: Quantity = Quantity {
     name: "resistance",
     unit: "1",
-    words: "what slows the coasting motorcycle",
+    words: "resistance",
     least: 0.002,
     shown: ("% of the weight", 100.0),
     causes: [

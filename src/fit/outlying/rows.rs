@@ -67,12 +67,11 @@ impl Outlying {
         let kind = segment.kind.name().replace('_', " ");
         let start = fixed(fitted.session.time(segment.start), 1);
         let (unit, scale) = self.quantity.shown;
-        let space = if unit == "°" { "" } else { " " };
         let (words, cause) = (self.quantity.words, self.cause());
         if c.interval[0] == c.interval[1] {
             let size = fixed(scale * c.value, 2);
             return format!(
-                "{kind} at {start} s: {words} {size}{space}{unit} while the motorcycle moved; {cause}"
+                "{kind} at {start} s: {words} {size} {unit} while the motorcycle moved; {cause}"
             );
         }
         let size = scale * (c.value - c.expected);
@@ -81,11 +80,11 @@ impl Outlying {
         let digits = decimals((ends[1] - ends[0]) / 4.0);
         let [low, high] = ends.map(|end| fixed(end, digits));
         let size_words = fixed(size.abs(), digits);
-        let way = if size > 0.0 { "larger" } else { "smaller" };
+        let way = if size > 0.0 { "more" } else { "less" };
         let others = c.others;
         format!(
-            "{kind} at {start} s: {words} is {size_words}{space}{unit} {way} ({low} to {high}) than the ride's {others} others \
-             say; possible cause: {cause}"
+            "{kind} at {start} s: {size_words} {unit} {way} {words} ({low} to {high}) than the ride's {others} \
+             others; possible cause: {cause}"
         )
     }
 }
