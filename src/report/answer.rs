@@ -45,6 +45,8 @@ const INSTEAD: (C, &str) = (C::SlipStiffness, "slip stiffness");
 const ADVICE: usize = 2;
 /// Warnings that are written out.
 const WARNINGS: usize = 3;
+/// Manoeuvres unlike the others that are written out.
+pub(crate) const FINDINGS: usize = 3;
 
 /// A sentence for each tyre of one session, and what to ride for what is missing.
 pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
@@ -184,7 +186,13 @@ pub(crate) fn of_warnings(warnings: &[WarningRow]) -> Vec<String> {
         match (sessions.len(), all.len()) {
             // each is another finding
             (1, n) if n == 1 || code == OUTLYING_MANOEUVRE => {
-                all.iter().map(|w| format!("Warning ({code}): {}", w.message)).collect()
+                let said = all.iter().take(FINDINGS);
+                let mut said: Vec<String> =
+                    said.map(|w| format!("Warning ({code}): {}", w.message)).collect();
+                if n > FINDINGS {
+                    said.push(format!("{} more of these: table `{code}s`.", n - FINDINGS));
+                }
+                said
             }
             (1, n) => vec![format!("Warning ({code}, {n} times): {}", first.message)],
             _ => vec![format!(

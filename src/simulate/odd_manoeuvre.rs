@@ -27,7 +27,7 @@ pub enum OddKind {
     RearBraking,
     /// In neutral.
     Coasting,
-    /// In a bend at constant speed.
+    /// In a corner at constant speed.
     Cornering,
 }
 
@@ -63,7 +63,14 @@ impl OddManoeuvre {
         within("number", self.number as f64, 1.0, 1e6)?;
         within("friction", self.friction, -0.95, 1.0)?;
         within("head_wind", self.head_wind, -30.0, 30.0)?;
-        within("slip", self.slip.unwrap_or(0.0), -1.0, 0.0)
+        within("slip", self.slip.unwrap_or(0.0), -1.0, 0.0)?;
+        let braked = [OddKind::FrontBraking, OddKind::RearBraking].contains(&self.kind);
+        match self.slip.is_some() && !braked {
+            true => {
+                Err(KeyError::Values("`slip` is of front_braking and rear_braking only".into()))
+            }
+            false => Ok(()),
+        }
     }
 }
 
@@ -147,6 +154,7 @@ mod tests {
             OddManoeuvre { number: 0, ..odd },
             OddManoeuvre { friction: -1.0, ..odd },
             OddManoeuvre { slip: Some(0.1), ..odd },
+            OddManoeuvre { kind: OddKind::Coasting, ..odd },
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }

@@ -50,14 +50,17 @@ fn one_odd_stop_and_one_gust_are_found_at_their_places_and_said_everywhere() {
     let of = |kind: &str, number: usize| {
         truth.iter().filter(|t| t.kind == kind).nth(number - 1).expect("ridden")
     };
-    let told: Vec<&str> = rows.iter().map(|r| r.quantity.as_str()).collect();
+    let quantities: Vec<&str> = rows.iter().map(|r| r.quantity.as_str()).collect();
     for (quantity, place) in
         [("friction_front", of("front_braking", 2)), ("resistance", of("coasting", 3))]
     {
         let row = rows.iter().find(|r| r.quantity == quantity);
-        let row = row.unwrap_or_else(|| panic!("{quantity} in {told:?}"));
+        let row = row.unwrap_or_else(|| panic!("{quantity} in {quantities:?}"));
         assert!(row.start < place.end && row.end > place.start, "{row:?} {place:?}");
-        assert!(row.chance < 0.01 && row.distance.is_some_and(|d| d > 10.0), "{row:?}");
+        assert!(
+            row.chance.is_some_and(|c| c < 0.01) && row.distance.is_some_and(|d| d > 10.0),
+            "{row:?}"
+        );
     }
     assert_eq!(rows.len(), 2, "{rows:#?}");
     let stop = rows.iter().find(|r| r.quantity == "friction_front").expect("found");

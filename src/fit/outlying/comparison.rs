@@ -6,10 +6,10 @@
 //! ```text
 //! b   = (X' W X)^-1 X' W y
 //! s^2 = (n0 s0^2 + sum w r^2) / (n0 + n - p)          prior: s0, worth n0 manoeuvres
-//! t   = (y - x' b) / (s sqrt(1 / w + x' (X' W X)^-1 x)),  n0 + n - p degrees of freedom
+//! q   = x' (X' W X)^-1 x
+//! t   = (y - x' b) / sqrt(max(s^2 (1 / w + q), s^2 (1 + q) + error^2)),  n0 + n - p degrees of freedom
 //! ```
 //! A ride has few stops: their own scatter alone says little of what is usual, what other rides scattered by says most.
-//! The most unlikely manoeuvre is taken out and the rest compared again, so that one does not hide the next.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -65,23 +65,41 @@ pub(crate) fn compare(shown: &[Shown], scatter: Scatter) -> Vec<Compared> {
     (0..shown.len()).filter_map(|place| against_others(shown, place, scatter)).collect()
 }
 
+/// Odd manoeuvres of a quantity: more are none.
+const MOST: usize = 10;
+
 /// The manoeuvres whose difference has a chance below `least`, the most unlikely first.
+///
+/// METHOD: two like ones hide each other, as each moves and widens what the other is held against. So the most unlikely
+/// is taken out again and again, up to a third of them, and all up to the last one with a chance below `least` are
+/// outlying (generalised extreme Studentised deviates, Rosner 1983, Technometrics 25). Each is then held against those
+/// that are left.
 pub(crate) fn outlying(mut shown: Vec<Shown>, scatter: Scatter, least: f64) -> Vec<Compared> {
-    let mut out = Vec::new();
-    // more odd manoeuvres than usual ones are no outliers
-    let most = shown.len() / 3;
-    while out.len() < most {
-        let compared = compare(&shown, scatter);
-        let Some(worst) = compared.into_iter().min_by(|a, b| a.chance.total_cmp(&b.chance)) else {
-            break;
-        };
-        if worst.chance >= least {
-            break;
+    shown.retain(|s| s.value.is_finite() && s.columns.iter().all(|x| x.is_finite()));
+    let mut usual = shown.clone();
+    let mut out: Vec<usize> = Vec::new();
+    let mut kept = 0;
+    while out.len() < (shown.len() / 3).min(MOST) {
+        let compared = compare(&usual, scatter).into_iter();
+        let Some(worst) = compared.min_by(|a, b| a.chance.total_cmp(&b.chance)) else { break };
+        usual.retain(|s| s.segment != worst.segment);
+        out.push(worst.segment);
+        if worst.chance < least {
+            kept = out.len();
         }
-        shown.retain(|s| s.segment != worst.segment);
-        out.push(worst);
     }
-    out
+    out.truncate(kept);
+    let usual: Vec<Shown> = shown.iter().filter(|s| !out.contains(&s.segment)).cloned().collect();
+    let odd = shown.into_iter().filter(|s| out.contains(&s.segment));
+    let mut found: Vec<Compared> = odd
+        .filter_map(|own| {
+            let mut all = usual.clone();
+            all.push(own);
+            against_others(&all, all.len() - 1, scatter)
+        })
+        .collect();
+    found.sort_by(|a, b| a.chance.total_cmp(&b.chance));
+    found
 }
 
 fn against_others(shown: &[Shown], place: usize, scatter: Scatter) -> Option<Compared> {
@@ -113,7 +131,9 @@ fn against_others(shown: &[Shown], place: usize, scatter: Scatter) -> Option<Com
     let variance = (scatter.worth * scatter.sd * scatter.sd + left) / dof;
     let x = DVector::from_column_slice(&own.columns);
     let reach = (x.transpose() * &inverse * &x)[(0, 0)];
-    let sd = (variance * (1.0 / weight(own) + reach)).sqrt();
+    // its own error is none of the others' scatter, and does not shrink with it
+    let with_own = variance * (1.0 + reach) + own.error * own.error;
+    let sd = (variance * (1.0 / weight(own) + reach)).max(with_own).sqrt();
     let expected = predicted(own);
     let difference = own.value - expected;
     let t = difference / sd;
@@ -181,11 +201,34 @@ mod tests {
             outlying(shown(values), SCATTER, 2e-3).into_iter().map(|c| c.segment).collect()
         };
         assert_eq!(odd(&[1.01, 0.70, 0.99]), [1]);
-        let mut two = vec![1.0, 1.01, 0.99, 1.0, 0.70, 1.02, 0.98, 1.35, 1.0];
-        assert_eq!(odd(&two).len(), 2);
-        two.truncate(4);
-        assert!(odd(&two).is_empty());
+        let two = [1.0, 1.01, 0.99, 1.0, 0.70, 1.02, 0.98, 0.70, 1.0];
+        for least in [2e-3, 5e-4] {
+            let found = outlying(shown(&two), SCATTER, least);
+            let mut places: Vec<usize> = found.iter().map(|c| c.segment).collect();
+            places.sort_unstable();
+            assert_eq!(places, [4, 7], "{least}");
+            // held against the seven that are left
+            assert!(
+                found.iter().all(|c| c.others == 7 && c.interval[0] < -0.3 && -0.3 < c.interval[1])
+            );
+        }
+        assert!(odd(&[1.0, 1.01, 0.99, 1.0]).is_empty());
         assert!(odd(&[1.0, 0.7]).is_empty(), "two do not say which of them is odd");
+    }
+
+    /// However little the others scatter, an error of its own stays one.
+    #[test]
+    fn a_vague_stop_is_not_held_to_the_scatter_of_good_ones() {
+        let mut random = Random::new(5, "vague");
+        let mut said = 0;
+        for _ in 0..400 {
+            let values: Vec<f64> = (0..40).map(|_| 1.0 + 0.005 * random.normal()).collect();
+            let mut stops = shown(&values);
+            stops[0].error = 0.06;
+            stops[0].value = 1.0 + 0.06 * random.normal();
+            said += usize::from(!outlying(stops, SCATTER, 0.01 / 40.0).is_empty());
+        }
+        assert!(said <= 4, "{said} of 400");
     }
 
     #[test]

@@ -9,6 +9,7 @@
 use super::comparison::{Scatter, Shown};
 use super::quantity::{Compare, Fitted, Quantity};
 use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::statistics::order::median;
 
 /// Friction from which a manoeuvre tells of the tyre.
 const USED: f64 = 0.3;
@@ -19,24 +20,23 @@ const VAGUE: f64 = 0.1;
 
 const LESS: &str =
     "a slippery place (dust, paint, damp) or a cold tyre; less by a slope downhill or a tail wind";
-const MORE: &str =
-    "a place with more grip, or a warmer tyre; more by a slope uphill or a head wind";
+const MORE: &str = "a place with more grip, a warmer tyre or help of the other brake; more by a slope uphill or a head wind";
 
 /// A friction of a name for tables and for people.
 const fn quantity(name: &'static str, words: &'static str) -> Quantity {
     Quantity { name, unit: "1", words, least: 0.05, shown: ("%", 100.0), causes: [MORE, LESS] }
 }
 
-static FRONT_BRAKED: Quantity = quantity("friction_front", "friction of the front tyre");
-static BRAKED: Quantity = quantity("friction_rear", "friction of the rear tyre");
+static FRICTION_FRONT: Quantity = quantity("friction_front", "friction of the front tyre");
+static FRICTION_REAR: Quantity = quantity("friction_rear", "friction of the rear tyre");
 pub(super) static FRONT: Compare = Compare {
-    quantity: &FRONT_BRAKED,
+    quantity: &FRICTION_FRONT,
     scatter: Scatter { sd: 0.02, worth: 4.0 },
     shown: |f| shown(f, 0),
 };
 
-pub(super) static REAR_BRAKED: Compare = Compare {
-    quantity: &BRAKED,
+pub(super) static REAR: Compare = Compare {
+    quantity: &FRICTION_REAR,
     scatter: Scatter { sd: 0.02, worth: 4.0 },
     shown: |f| shown(f, 1),
 };
@@ -56,6 +56,10 @@ struct Sums {
 fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
     let rows = &fitted.solution.samples.friction[k];
     let Some(fit) = &fitted.solution.fits.friction[k] else { return Vec::new() };
+    // without coasting nobody knows the velocity's error nor the radius, which look like friction
+    if fitted.solution.fits.coasting.radius[k].is_none() {
+        return Vec::new();
+    }
     let mut sums: Vec<Sums> = fitted.segments.iter().map(|_| Sums::default()).collect();
     for i in 0..rows.samples() {
         let (s, v) = (rows.slip[i], rows.speed[i]);
@@ -76,10 +80,17 @@ fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
         let determinant = sum.gg * ee - sum.ge * sum.ge;
         let value = (sum.yg * ee - sum.ye * sum.ge) / determinant;
         let error = (ee / determinant).sqrt();
-        // driven out of a bend a tyre slips too little to tell its friction
-        let braked = fitted.segments[segment].kind != ManoeuvreKind::Driving;
+        // driven out of a corner a tyre slips too little to tell its friction; of both brakes the shares have errors
+        let kind = fitted.segments[segment].kind;
+        let braked = [ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking].contains(&kind);
         let usable = sum.n >= FEW && sum.largest >= USED && error < VAGUE && value.is_finite();
         (braked && usable).then(|| Shown { segment, value, error, columns: vec![1.0] })
     };
-    sums.iter().enumerate().filter_map(ratio).collect()
+    let mut shown: Vec<Shown> = sums.iter().enumerate().filter_map(ratio).collect();
+    // an odd stop has moved the curve that all are held against
+    let usual = median(&mut shown.iter().map(|s| s.value).collect::<Vec<f64>>());
+    for s in &mut shown {
+        s.value /= usual.unwrap_or(1.0);
+    }
+    shown
 }

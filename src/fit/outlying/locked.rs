@@ -15,7 +15,7 @@ const LONG: f64 = 0.1;
 
 /// A standing time of a name for tables and for people.
 const fn quantity(name: &'static str, words: &'static str) -> Quantity {
-    let causes = ["the brake locked it, or its sensor dropped out", ""];
+    let causes = ["the brake locked it, it was off the ground, or its sensor dropped out", ""];
     Quantity { name, unit: "s", words, least: LONG, shown: ("s", 1.0), causes }
 }
 
@@ -63,14 +63,18 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
     out
 }
 
-/// How long wheel `k` stands in a segment while the motorcycle moves, s; `None` without its channels.
+/// How long wheel `k` stands at a stretch in a segment while the motorcycle moves, s; `None` where it is not known.
 fn standing(fitted: &Fitted<'_>, segment: &Segment, k: usize, channel: Channel) -> Option<f64> {
     let session = fitted.session;
     let (wheel, speed) = (session.get(channel)?, session.get(Channel::VelocityX)?);
     let radius = fitted.solution.inputs.radius[k];
     let end = segment.end.min(session.len);
-    let stands = (segment.start..end)
-        .filter(|&i| speed[i] > MOVING && radius * wheel[i] < STANDS * speed[i])
-        .count();
-    Some(stands as f64 / session.rate)
+    let (mut longest, mut now, mut known) = (0_usize, 0_usize, 0_usize);
+    for i in segment.start..end {
+        known += usize::from(wheel[i].is_finite());
+        let stands = speed[i] > MOVING && radius * wheel[i].abs() < STANDS * speed[i];
+        now = if stands { now + 1 } else { 0 };
+        longest = longest.max(now);
+    }
+    (2 * known > end.saturating_sub(segment.start)).then_some(longest as f64 / session.rate)
 }

@@ -21,9 +21,12 @@ pub(super) fn of(session: &Session, segment: &Segment) -> Place {
     let at = |channel: Channel| {
         session.get(channel).and_then(|x| x.get(middle).copied()).filter(|v| v.is_finite())
     };
-    let distance = session.get(Channel::VelocityX).map(|speed| {
-        let before = speed.iter().take(middle).filter(|v| v.is_finite());
-        before.map(|v| v.abs()).sum::<f64>() / session.rate
+    let distance = session.get(Channel::VelocityX).and_then(|speed| {
+        let known: Vec<f64> =
+            speed.iter().take(middle).copied().filter(|v| v.is_finite()).collect();
+        // through a gap it goes on as fast as on average
+        let mean = known.iter().map(|v| v.abs()).sum::<f64>() / known.len() as f64;
+        Some(mean * middle as f64 / session.rate).filter(|d| d.is_finite())
     });
     Place { distance, latitude: at(Channel::Latitude), longitude: at(Channel::Longitude) }
 }

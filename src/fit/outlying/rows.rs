@@ -29,7 +29,7 @@ pub(crate) fn rows(
             ci95_low: c.interval[0],
             ci95_high: c.interval[1],
             n_others: c.others as i64,
-            chance: (c.chance * o.comparisons as f64).min(1.0),
+            chance: c.t.is_finite().then_some((c.chance * o.comparisons as f64).min(1.0)),
             cause: o.cause().to_owned(),
             distance: place.distance,
             latitude: place.latitude,
@@ -68,7 +68,7 @@ impl Outlying {
         let start = fixed(fitted.session.time(segment.start), 1);
         let (unit, scale) = self.quantity.shown;
         let (words, cause) = (self.quantity.words, self.cause());
-        if c.interval[0] == c.interval[1] {
+        if c.t.is_infinite() {
             let size = fixed(scale * c.value, 2);
             return format!(
                 "{kind} at {start} s: {words} {size} {unit} while the motorcycle moved; {cause}"

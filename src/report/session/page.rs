@@ -163,6 +163,7 @@ pub(crate) fn build(
         odd: warnings
             .iter()
             .filter(|w| w.code == OUTLYING_MANOEUVRE)
+            .take(answer::FINDINGS)
             .map(|w| w.message.clone())
             .collect(),
         verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),

@@ -22,7 +22,7 @@ pub struct OutlyingManoeuvre {
     pub ci95_low: f64,
     pub ci95_high: f64,
     pub n_others: i64,
-    pub chance: f64,
+    pub chance: Option<f64>,
     pub cause: String,
     pub distance: Option<f64>,
     pub latitude: Option<f64>,
