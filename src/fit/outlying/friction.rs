@@ -3,8 +3,9 @@
 //! ```text
 //! mu = g mu_x(s) - mu_x'(s) (1 + s)/v e,   e of the velocity's own spread
 //! ```
-//! `g` and the velocity's offset `e` of each manoeuvre by least squares: where a tyre slips little, an error of the
-//! velocity looks like one of the friction, near the peak it does not.
+//! `g` (over that of the median stop, as an odd stop has moved the curve) and the velocity's offset `e` of each manoeuvre
+//! by least squares: where a tyre slips little, an error of the velocity looks like one of the friction, near the peak it
+//! does not.
 
 use super::comparison::{Scatter, Shown};
 use super::quantity::{Compare, Fitted, Quantity};
