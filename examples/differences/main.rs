@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example differences -- --plant ../shared/data/independent_plant
 //! cargo run --release --example differences -- --rides 10 --seed 3 --machines 4
+//! cargo run --release --example differences -- --shared 12 --seed 3 --machines 3
 //! ```
 
 use std::collections::BTreeMap;
@@ -22,7 +23,9 @@ use roadbench::internals::simulate::hidden::{Case, Kind};
 use roadbench::internals::simulate::multibody_ride::ridden;
 use roadbench::internals::simulate::population::Machine;
 use roadbench::internals::simulate::population::bike::BikeFile;
-use roadbench::internals::store::tables::rows::{ChangeRow, EffectTrace, EstimateRow, Ident};
+use roadbench::internals::store::tables::rows::{
+    ChangeRow, Circumstances, EffectTrace, EstimateRow, Ident,
+};
 use serde::{Deserialize, Serialize};
 
 #[derive(Parser)]
@@ -39,6 +42,9 @@ struct Arguments {
     /// Seed of the population.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Rides of each machine, some of which share a change: those of a rider, or more and more with time.
+    #[arg(long, default_value_t = 0)]
+    shared: usize,
     /// Share of the usual size that is hidden in the faulted rides.
     #[arg(long, default_value_t = 1.0)]
     size: f64,
@@ -53,10 +59,12 @@ struct Arguments {
     others: Vec<usize>,
 }
 
+mod shared;
+
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// What a ride says, and what is hidden in it.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Said {
     estimates: Vec<EstimateRow>,
     traces: Vec<EffectTrace>,
@@ -88,7 +96,7 @@ impl Said {
 
     fn ride(&self) -> Ride {
         let (estimates, traces) = (self.estimates.clone(), self.traces.clone());
-        Ride { ident: self.ident(), estimates, traces }
+        Ride { ident: self.ident(), circumstances: Circumstances::default(), estimates, traces }
     }
 }
 
@@ -175,6 +183,9 @@ fn of_machine(
 
 fn main() -> Result<(), Failure> {
     let a = Arguments::parse();
+    if a.shared > 0 {
+        return shared::study(&a);
+    }
     let mut rides: Vec<Said> = Vec::new();
     for path in &a.read {
         for line in std::fs::read_to_string(path)?.lines() {
