@@ -7,7 +7,8 @@ use super::summary;
 use super::tuning::{OffroadTuning, RoadTuning};
 use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
+    CauseRow, Circumstances, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample,
+    SimulationError,
 };
 
 /// Everything that one session gives to tables, files and terminal.
@@ -15,8 +16,8 @@ use crate::store::tables::rows::{
 pub struct Diagnosis {
     /// Who and when.
     pub ident: Ident,
-    /// Where it was ridden.
-    pub site: Option<String>,
+    /// Where, by whom and on what tyres it was ridden.
+    pub circumstances: Circumstances,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
@@ -43,7 +44,11 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// The session as one that is pooled over ([`Pooling::add`](super::levels::Pooling::add)).
     pub fn member(&self) -> Member {
-        Member { ident: self.ident.clone(), site: self.site.clone(), sound: self.poolable }
+        Member {
+            ident: self.ident.clone(),
+            site: self.circumstances.site.clone(),
+            sound: self.poolable,
+        }
     }
 }
 
@@ -60,7 +65,7 @@ impl From<RoadDiagnosis> for Diagnosis {
             poolable: d.is_poolable(),
             n_samples: d.n_samples,
             ident: d.ident,
-            site: d.site,
+            circumstances: d.circumstances,
             causes: d.causes,
             discrepancies: d.discrepancies,
             replays: d.replays,
@@ -77,7 +82,7 @@ impl From<Estimated> for Diagnosis {
     fn from(d: Estimated) -> Self {
         Diagnosis {
             ident: d.ident,
-            site: d.site,
+            circumstances: d.circumstances,
             n_samples: d.n_samples,
             estimates: d.estimates,
             effect_traces: d.effect_traces,
@@ -99,7 +104,7 @@ impl From<OffroadDiagnosis> for Diagnosis {
             poolable: false,
             n_samples: d.n_samples,
             ident: d.ident,
-            site: None,
+            circumstances: Circumstances::default(),
             causes: d.causes,
             discrepancies: d.discrepancies,
             replays: Vec::new(),

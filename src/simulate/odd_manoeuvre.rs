@@ -52,7 +52,7 @@ pub struct OddManoeuvre {
 impl OddManoeuvre {
     /// # Errors
     /// A number is not plausible; the sentence names the key.
-    pub(crate) fn check(&self) -> Result<(), KeyError> {
+    fn check(&self) -> Result<(), KeyError> {
         let within =
             |key: &str, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
                 true => Ok(()),
@@ -72,6 +72,23 @@ impl OddManoeuvre {
             false => Ok(()),
         }
     }
+}
+
+/// Checks a scenario's odd manoeuvres.
+///
+/// # Errors
+/// A number is not plausible, or two entries are of one manoeuvre; the sentence names the key.
+pub(crate) fn check(all: &[OddManoeuvre]) -> Result<(), KeyError> {
+    for (i, odd) in all.iter().enumerate() {
+        odd.check()?;
+        if all[..i].iter().any(|o| (o.kind, o.number) == (odd.kind, odd.number)) {
+            let number = odd.number;
+            return Err(KeyError::Values(format!(
+                "`number` = {number} stands twice for one kind: join the two entries"
+            )));
+        }
+    }
+    Ok(())
 }
 
 impl OddKind {
@@ -158,5 +175,7 @@ mod tests {
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }
+        let other = OddManoeuvre { kind: OddKind::RearBraking, slip: None, ..odd };
+        assert!(check(&[odd, other]).is_ok() && check(&[odd, other, odd]).is_err());
     }
 }

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use super::builtin;
 use super::motorcycle::Plant;
-use super::odd_manoeuvre::OddManoeuvre;
+use super::odd_manoeuvre::{self, OddManoeuvre};
 use super::plan::Plan;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
@@ -205,9 +205,8 @@ impl Scenario {
                 );
             }
         }
-        for odd in &given.odd_manoeuvres {
-            odd.check().map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
-        }
+        odd_manoeuvre::check(&given.odd_manoeuvres)
+            .map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
         let mut model_error = ModelError::default();
         for (name, value) in &given.effects {
             let effect = Effect::named(name).map_err(|e| file.wrong(format!("[effects]: {e}")))?;

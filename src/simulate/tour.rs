@@ -17,7 +17,7 @@ use serde::Deserialize;
 use super::builtin::{self, text_with_key};
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
-use super::odd_manoeuvre::OddManoeuvre;
+use super::odd_manoeuvre::{self, OddManoeuvre};
 use super::rider::Disturbance;
 use super::sensors::Sensors;
 use crate::contract::bike::Bike;
@@ -129,9 +129,8 @@ impl Tour {
         for manoeuvre in &given.manoeuvres {
             manoeuvre.check().map_err(|e| file.wrong(e))?;
         }
-        for odd in &given.odd_manoeuvres {
-            odd.check().map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
-        }
+        odd_manoeuvre::check(&given.odd_manoeuvres)
+            .map_err(|e| file.wrong(format!("[[odd_manoeuvres]]: {e}")))?;
         given.road.check().map_err(|e| file.wrong(e))?;
         let channel = |name: &String| Channel::named(name).map_err(|e| file.wrong(e));
         let drop = given.drop.iter().map(channel).collect::<Result<_, _>>()?;

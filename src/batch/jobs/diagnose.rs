@@ -107,7 +107,7 @@ impl DiagnoseWork {
         let row = DiagnosisRow {
             ident: d.ident.clone(),
             path: input.log.to_string(),
-            site: d.site.clone(),
+            circumstances: d.circumstances.clone(),
             n_named: d.causes.iter().filter(is_named).count() as i64,
             unexplained: d.causes.iter().any(|row| row.verdict == "unexplained"),
             poolable: d.poolable,

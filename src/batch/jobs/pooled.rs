@@ -16,7 +16,7 @@ use crate::simulate::effects::pooled_effects::PooledEffects;
 use crate::store::objects::Location;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::rows::{
-    CauseRow, ChangeRow, DiagnosisRow, EffectTrace, EstimateRow, Ident, SessionRow,
+    CauseRow, ChangeRow, Circumstances, DiagnosisRow, EffectTrace, EstimateRow, Ident, SessionRow,
 };
 use crate::store::tables::{file, read};
 
@@ -78,11 +78,12 @@ fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Erro
 /// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.
 pub(crate) fn against(out: &Path, text: &str) -> Result<Vec<Against>, Error> {
     let sessions = sessions(out)?;
-    // tyres and rider are known where `run` wrote into the same output
+    // a diagnosis of an older version knows neither tyres nor rider; `run` does, if it wrote into the same output
     let known: Vec<SessionRow> = read::rows(out)?;
     let row = |d: &DiagnosisRow| {
         let of_run = known.iter().find(|s| s.ident.key() == d.ident.key()).cloned();
-        let plain = SessionRow { site: d.site.clone(), ..SessionRow::default() };
+        let Circumstances { site, rider_id, tyre_front, tyre_rear } = d.circumstances.clone();
+        let plain = SessionRow { site, rider_id, tyre_front, tyre_rear, ..SessionRow::default() };
         SessionRow { ident: d.ident.clone(), ..of_run.unwrap_or(plain) }
     };
     let rows: Vec<SessionRow> = sessions.iter().map(row).collect();
@@ -97,9 +98,10 @@ fn rides(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<Ride>, Error> {
     let estimates = SessionFiles::<EstimateRow>::read(out)?;
     let traces = SessionFiles::<EffectTrace>::read(out)?;
     let mut rides = Vec::new();
-    for DiagnosisRow { ident, .. } in sessions {
+    for DiagnosisRow { ident, circumstances, .. } in sessions {
         let own = Ride {
             ident: ident.clone(),
+            circumstances: circumstances.clone(),
             estimates: estimates.rows(ident)?,
             traces: traces.rows(ident)?,
         };
@@ -116,9 +118,9 @@ fn causes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<SharedCause>, Err
     let causes = SessionFiles::<CauseRow>::read(out)?;
     let mut pooling = Pooling::default();
     for session in sessions {
-        let DiagnosisRow { ident, site, poolable, .. } = session.clone();
+        let DiagnosisRow { ident, circumstances, poolable, .. } = session.clone();
         let causes = causes.rows(&ident)?;
-        pooling.add(Member { ident, site, sound: poolable }, &causes);
+        pooling.add(Member { ident, site: circumstances.site, sound: poolable }, &causes);
     }
     Ok(pooling.causes())
 }

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 
 use super::difference::OTHERS;
 use super::numbers::{History, Ride};
-use super::search::{Change, Evidence, Rides, search_of};
+use super::search::{Change, Evidence, search_of};
+use super::sets::{Kind, Rides};
 use super::{changed, words};
 use crate::store::tables::rows::{ChangeRow, Ident};
 
@@ -56,18 +57,15 @@ fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
         return Against { bike_id, rides, changes: Vec::new(), largest };
     }
     let history = History::of(&sides.concat());
-    let others = Rides::Since(rides[0]);
-    let found = search_of(&history, &[others]);
-    let from = format!("from the {} rides of the reference", rides[0]);
+    let others = Rides::from(Kind::Chosen, rides[0], history.len());
+    let found = search_of(&history, std::slice::from_ref(&others));
     let row = |change: &Change| ChangeRow {
-        rides: "against".to_owned(),
-        sentence: words::sentence(&history, change, &from),
         // one question: chance needs no further discount
         ..changed(&history, change, change.chance)
     };
     let changes: Vec<ChangeRow> = found.changes.iter().map(row).collect();
     let largest = match changes.is_empty() {
-        true => Evidence::new(&history, others).largest(),
+        true => Evidence::new(&history, &others).largest(),
         false => None,
     };
     let largest = largest.map(|(moved, chance)| {

@@ -1,10 +1,12 @@
 //! The difference of one number between some rides of a motorcycle and its others.
 //!
 //! ```text
-//! x_i = m_inside or m_outside + scatter s + the excess of ride i's own error over the usual one
+//! x_i = m + d share_i + scatter s + the excess of ride i's own error over the usual one
 //! s^2 = (nu0 s0^2 + sum of clipped squared residuals) / (nu0 + n - 2)        moderated variance (Smyth 2004)
-//! t   = (m_inside - m_outside) / error       Student's t with nu0 + n - 2 degrees of freedom
+//! t   = d / error       Student's t with nu0 + n - 2 degrees of freedom
 //! ```
+//!
+//! `share` is 1 inside and 0 outside; of a drift it grows with time from 0 to 1.
 //!
 //! With few rides the scatter is mostly what is believed of it ([`Belief`]); with many it is what the rides show. Rides far
 //! from the others weigh less (Huber 1964), so that faulted ones do not hide the next, as long as they are fewer than about a
@@ -13,7 +15,8 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::belief::Belief;
-use crate::statistics::order::median_of_finite;
+use super::sets::{DRIFT, Kind, Rides};
+use crate::statistics::order::{median_of_finite, median_or_zero};
 
 /// Degrees of freedom of what is believed of the scatter before any ride is compared.
 const BELIEF: f64 = 4.0;
@@ -29,7 +32,7 @@ const ROUNDS: usize = 20;
 /// A difference between rides inside and outside of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Difference {
-    /// Mean inside less mean outside.
+    /// Mean inside less mean outside; of a drift last less first.
     pub size: f64,
     /// Its standard error.
     pub error: f64,
@@ -37,8 +40,6 @@ pub(crate) struct Difference {
     pub freedom: f64,
     /// Scatter of a usual ride.
     pub scatter: f64,
-    /// Rides that know the number inside and outside.
-    pub rides: [usize; 2],
 }
 
 impl Difference {
@@ -65,17 +66,23 @@ impl Difference {
     }
 }
 
-/// The difference of a number with its standard errors by ride; `None` where a side has too few rides that know it. Values
-/// that are not numbers are passed over.
+/// The difference of a number with its standard errors by ride; `None` where too few rides know it. Values that are not
+/// numbers are passed over. Of a drift the difference is that of the last ride from the first.
 pub(crate) fn difference(
     values: &[f64],
     errors: &[f64],
-    inside: impl Fn(usize) -> bool,
+    rides: &Rides,
     belief: Belief,
 ) -> Option<Difference> {
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
-    let (within, others): (Vec<usize>, Vec<usize>) = known.iter().partition(|i| inside(**i));
-    if within.is_empty() || others.len() < OTHERS {
+    let share = |i: &usize| rides.share(*i);
+    let (others, within): (Vec<usize>, Vec<usize>) = known.iter().partition(|i| share(i) == 0.0);
+    let is_drift = rides.kind == Kind::Drift;
+    let is_few = match is_drift {
+        true => known.len() < DRIFT,
+        false => within.is_empty() || others.len() < OTHERS,
+    };
+    if is_few {
         return None;
     }
     let of = |column: &[f64], rides: &[usize]| {
@@ -87,25 +94,81 @@ pub(crate) fn difference(
     let believed = (belief.ratio * usual).powi(2) + belief.natural.powi(2);
     let freedom = BELIEF + known.len() as f64 - 2.0;
     let mut variance = believed;
-    let mut means = [of(values, &within), of(values, &others)];
-    let sides = [&within, &others];
+    // value of a ride: start + share * size
+    let (mut start, mut size) = match is_drift {
+        true => usual_line(values, &known, share),
+        false => (of(values, &others), of(values, &within) - of(values, &others)),
+    };
     for _ in 0..ROUNDS {
-        let mut squares = 0.0;
-        for (mean, side) in means.iter_mut().zip(sides) {
-            let z = |i: usize, mean: f64| (values[i] - mean) / (variance + excess(i)).sqrt();
-            let weight = |i: usize| (CLIP / z(i, *mean).abs().max(CLIP)) / (variance + excess(i));
-            let total: f64 = side.iter().map(|i| weight(*i)).sum();
-            let next = side.iter().map(|i| weight(*i) * values[*i]).sum::<f64>() / total;
-            squares += side.iter().map(|i| z(*i, next).powi(2).min(CLIP * CLIP)).sum::<f64>();
-            *mean = next;
-        }
+        let z = |i: &usize, start: f64, size: f64| {
+            (values[*i] - start - share(i) * size) / (variance + excess(*i)).sqrt()
+        };
+        let weight =
+            |i: &usize| (CLIP / z(i, start, size).abs().max(CLIP)) / (variance + excess(*i));
+        let line = Line::through(known.iter().map(|i| (weight(i), share(i), values[*i])));
+        (start, size) = (line.start(), line.size());
+        let squares: f64 = known.iter().map(|i| z(i, start, size).powi(2).min(CLIP * CLIP)).sum();
         variance = (BELIEF * believed + variance * squares / CLIPPED) / freedom;
     }
-    let of_mean =
-        |side: &[usize]| side.iter().map(|i| (variance + excess(*i)).recip()).sum::<f64>().recip();
-    let error = (of_mean(&within) + of_mean(&others)).sqrt();
-    let (size, scatter) = (means[0] - means[1], variance.sqrt());
-    let rides = [within.len(), others.len()];
+    let plain = known.iter().map(|i| ((variance + excess(*i)).recip(), share(i), values[*i]));
+    let error = Line::through(plain).error();
+    let scatter = variance.sqrt();
     let is_known = error > 0.0 && error.is_finite() && size.is_finite();
-    is_known.then_some(Difference { size, error, freedom, scatter, rides })
+    is_known.then_some(Difference { size, error, freedom, scatter })
+}
+
+/// Sums of a weighted line `start + x * size`.
+#[derive(Default)]
+struct Line {
+    w: f64,
+    wx: f64,
+    wxx: f64,
+    wy: f64,
+    wxy: f64,
+}
+
+impl Line {
+    /// Through points of weight, `x` and value.
+    fn through(points: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        points.fold(Line::default(), |s, (w, x, y)| Line {
+            w: s.w + w,
+            wx: s.wx + w * x,
+            wxx: s.wxx + w * x * x,
+            wy: s.wy + w * y,
+            wxy: s.wxy + w * x * y,
+        })
+    }
+
+    fn determinant(&self) -> f64 {
+        self.w * self.wxx - self.wx * self.wx
+    }
+
+    fn size(&self) -> f64 {
+        (self.w * self.wxy - self.wx * self.wy) / self.determinant()
+    }
+
+    fn start(&self) -> f64 {
+        (self.wy - self.wx * self.size()) / self.w
+    }
+
+    /// Standard error of the size where the weights are inverse variances.
+    fn error(&self) -> f64 {
+        (self.w / self.determinant()).sqrt()
+    }
+}
+
+/// Start and size of a line that odd rides do not move: the median of the slopes of all pairs (Theil 1950, Sen 1968).
+fn usual_line(values: &[f64], known: &[usize], share: impl Fn(&usize) -> f64) -> (f64, f64) {
+    let mut slopes = Vec::new();
+    for (k, i) in known.iter().enumerate() {
+        for j in &known[k + 1..] {
+            let apart = share(j) - share(i);
+            if apart != 0.0 {
+                slopes.push((values[*j] - values[*i]) / apart);
+            }
+        }
+    }
+    let size = median_or_zero(&slopes);
+    let starts: Vec<f64> = known.iter().map(|i| values[*i] - share(i) * size).collect();
+    (median_or_zero(&starts), size)
 }

@@ -11,6 +11,7 @@
 
 use super::difference::Difference;
 use super::numbers::History;
+use super::sets::Rides;
 use crate::simulate::effects::{Effect, PRIOR};
 
 /// Rounds of reweighting.
@@ -28,13 +29,12 @@ pub(crate) struct Candidate {
 }
 
 /// What a unit of an effect moves each number by in some rides, as the mean of theirs.
-pub(crate) fn trace(history: &History, effect: usize, inside: impl Fn(usize) -> bool) -> Vec<f64> {
-    let rides: Vec<usize> = (0..history.len()).filter(|i| inside(*i)).collect();
+pub(crate) fn trace(history: &History, effect: usize, rides: &Rides) -> Vec<f64> {
+    let own = || (0..history.len()).map(|i| (i, rides.share(i))).filter(|(_, s)| *s != 0.0);
+    let all: f64 = own().map(|(_, share)| share).sum();
     let of_effect = history.traces.iter().find(|(number, _)| *number == effect);
     let mean = |p: usize| match of_effect {
-        Some((_, by_ride)) => {
-            rides.iter().map(|i| by_ride[*i][p]).sum::<f64>() / rides.len() as f64
-        }
+        Some((_, by_ride)) => own().map(|(i, share)| share * by_ride[i][p]).sum::<f64>() / all,
         None => 0.0,
     };
     (0..history.numbers.len()).map(mean).collect()
@@ -44,14 +44,14 @@ pub(crate) fn trace(history: &History, effect: usize, inside: impl Fn(usize) -> 
 pub(crate) fn candidates(
     history: &History,
     differences: &[Option<Difference>],
-    inside: impl Fn(usize) -> bool,
+    rides: &Rides,
 ) -> Vec<Candidate> {
     let of = |(number, d): (usize, &Option<Difference>)| {
         let difference = (*d)?;
         Some(match history.numbers[number].effect {
             None => Candidate { number, size: difference.size, gain: rho(difference, 0.0) },
             Some(effect) => {
-                let trace = trace(history, number, &inside);
+                let trace = trace(history, number, rides);
                 explained(number, effect, difference, differences, &trace)
             }
         })

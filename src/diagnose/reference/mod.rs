@@ -5,7 +5,8 @@
 //! belief       how much a number scatters between fault-free rides
 //! difference   one number of some rides against the others
 //! explain      the cause that explains the differences of all numbers
-//! search       over rides and dates
+//! sets         rides that may differ: one, since a date, at a site, with a rider, on a tyre, in a night, a drift
+//! search       over the sets
 //! against      chosen rides as the reference of all others together
 //! words        in sentences
 //! ```
@@ -20,6 +21,7 @@ pub(crate) mod difference;
 pub(crate) mod explain;
 pub(crate) mod numbers;
 pub(crate) mod search;
+pub(crate) mod sets;
 #[cfg(test)]
 mod tests;
 pub(crate) mod words;
@@ -33,7 +35,8 @@ use crate::store::tables::changes::place;
 use crate::store::tables::rows::{ChangeRow, Ident};
 use difference::OTHERS;
 use numbers::{History, Ride};
-use search::{Change, Found, Rides, search};
+use search::{Change, Found, search};
+use sets::{Kind, Rides};
 
 /// Share of false ones among the changes that are reported.
 pub(crate) const FALSE_DISCOVERIES: f64 = 0.05;
@@ -76,7 +79,7 @@ pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> 
     let history = History::new(rides);
     let ride = history.rides.iter().position(|r| r.session_id == session_id);
     let Some(ride) = ride.filter(|_| history.len() > OTHERS) else { return Vec::new() };
-    let evidence = search::Evidence::new(&history, Rides::One(ride));
+    let evidence = search::Evidence::new(&history, &Rides::one(ride, history.len()));
     let count = evidence.sums.len() + evidence.numbers.iter().flatten().count();
     let limit = search::FALSE_ALARMS / (Rides::all(&history).len() * count) as f64;
     let of = |(number, d): (usize, difference::Difference)| {
@@ -85,49 +88,53 @@ pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> 
     evidence.sums.into_iter().map(of).collect()
 }
 
-/// The rows of one motorcycle: each ride's changes, or that it is as before; what changed since it.
+/// The rows of one motorcycle: each ride's changes, or that it is as before; then those that start with it and others
+/// share.
 fn of_motorcycle(history: &History, found: &Found, sure: &[(&Change, f64)]) -> Vec<ChangeRow> {
     let mut rows = Vec::new();
     for ride in 0..history.len() {
-        let own = |rides: Rides| sure.iter().filter(move |(c, _)| c.rides == rides);
-        let mut own_rows: Vec<ChangeRow> =
-            own(Rides::One(ride)).map(|(c, rate)| changed(history, c, *rate)).collect();
-        if own_rows.is_empty() {
-            let since = sure.iter().find(|(c, _)| is_since(c.rides) && c.rides.has(ride));
-            own_rows.push(match since {
-                Some((change, rate)) => as_since(history, change, *rate, ride),
+        let own: Vec<_> = sure.iter().filter(|(c, _)| c.rides.has(ride)).collect();
+        let (shared, alone): (Vec<_>, Vec<_>) =
+            own.into_iter().partition(|(c, _)| c.rides.is_shared());
+        rows.extend(alone.iter().map(|(c, rate)| changed(history, c, *rate)));
+        if alone.is_empty() {
+            rows.push(match shared.first() {
+                Some((change, rate)) => as_others(history, change, *rate, ride),
                 None => as_before(history, found, ride),
             });
         }
-        rows.extend(own_rows);
-        rows.extend(own(Rides::Since(ride)).map(|(c, rate)| changed(history, c, *rate)));
+        let starts = shared.iter().filter(|(c, _)| c.rides.first() == ride);
+        rows.extend(starts.map(|(c, rate)| changed(history, c, *rate)));
     }
     rows
 }
 
-fn is_since(rides: Rides) -> bool {
-    matches!(rides, Rides::Since(_))
-}
-
-/// The row of a ride that is as the others since a change.
-fn as_since(history: &History, change: &Change, rate: f64, ride: usize) -> ChangeRow {
+/// The row of a ride that is as others that share a change.
+fn as_others(history: &History, change: &Change, rate: f64, ride: usize) -> ChangeRow {
     let row = changed(history, change, rate);
-    let place = place(&row);
+    let others = match change.rides.kind {
+        Kind::Since => format!("the rides {}", place(&row)),
+        Kind::Drift => "all rides".to_owned(),
+        _ => format!("the other rides of {}", change.rides.common.join(", ")),
+    };
     ChangeRow {
         ident: history.rides[ride].clone(),
         rides: "ride".to_owned(),
         n_rides: 1,
         n_others: history.len() as i64 - 1,
-        verdict: "as_since".to_owned(),
-        sentence: format!("as the rides {place}: {}", row.sentence),
+        verdict: match change.rides.kind {
+            Kind::Since => "as_since",
+            _ => "as_others",
+        }
+        .to_owned(),
+        sentence: format!("as {others}: {}", row.sentence),
         ..row
     }
 }
 
 /// The row of a change.
 fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
-    let inside = (0..history.len()).filter(|i| change.rides.has(*i)).count();
-    let others = history.len() - inside;
+    let [inside, others] = change.rides.counts();
     let number = &history.numbers[change.cause];
     let verdict = match (number.effect, change.rivals.is_empty()) {
         (None, true) => "changed",
@@ -139,11 +146,8 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
     let moved = |m: &search::Moved| words::moved(&history.numbers[m.number], m.by);
     ChangeRow {
         ident: history.rides[change.rides.first()].clone(),
-        rides: match change.rides {
-            Rides::One(_) => "ride",
-            Rides::Since(_) => "since",
-        }
-        .to_owned(),
+        rides: change.rides.name().to_owned(),
+        in_common: listed(change.rides.common.clone()),
         n_rides: inside as i64,
         n_others: others as i64,
         verdict: verdict.to_owned(),
@@ -157,7 +161,7 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
         false_discovery_rate: Some(rate),
         rivals: listed(rivals),
         moved: listed(change.moved.iter().map(moved).collect()),
-        sentence: words::sentence(history, change, &words::from(change.rides, others)),
+        sentence: words::sentence(history, change),
     }
 }
 

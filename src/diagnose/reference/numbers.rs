@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::simulate::effects::Effect;
-use crate::store::tables::rows::{EffectTrace, EstimateRow, Ident};
+use crate::store::tables::rows::{Circumstances, EffectTrace, EstimateRow, Ident};
 
 /// A number of table `estimates`.
 #[derive(Debug, Clone)]
@@ -21,6 +21,8 @@ pub(crate) struct Number {
 pub struct Ride {
     /// Which and when.
     pub ident: Ident,
+    /// Where, by whom and on what tyres.
+    pub circumstances: Circumstances,
     /// Rows of `estimates`.
     pub estimates: Vec<EstimateRow>,
     /// Rows of `effect_traces`.
@@ -32,6 +34,8 @@ pub struct Ride {
 pub(crate) struct History {
     /// The rides.
     pub rides: Vec<Ident>,
+    /// By ride where, by whom and on what tyres.
+    pub circumstances: Vec<Circumstances>,
     /// The numbers, in order of their names.
     pub numbers: Vec<Number>,
     /// By number and ride; not a number where a ride has none.
@@ -90,7 +94,8 @@ impl History {
         let effects = (0..numbers.len()).filter(|p| numbers[*p].effect.is_some());
         let traces = effects.map(trace).collect();
         let idents = rides.iter().map(|r| r.ident.clone()).collect();
-        History { rides: idents, values, errors, traces, numbers }
+        let circumstances = rides.iter().map(|r| r.circumstances.clone()).collect();
+        History { rides: idents, circumstances, values, errors, traces, numbers }
     }
 
     /// Number of rides.

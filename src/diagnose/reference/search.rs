@@ -1,20 +1,19 @@
 //! What changed on one motorcycle, ride by ride and since when: the search over rides and dates.
 //!
-//! Of all sets of rides - each ride by itself, all since a ride - the one that differs most from the others is taken, if
+//! Of all [sets](super::sets) of rides the one that differs most from the others is taken, if
 //! chance alone does not make one so different; its cause is looked for, taken out of the rides, and the rest is searched again.
 
 use rayon::prelude::*;
 
 use super::belief::Belief;
-use super::difference::{Difference, OTHERS, difference};
+use super::difference::{Difference, difference};
 use super::explain::{Candidate, candidates, trace};
 use super::numbers::History;
+use super::sets::Rides;
 use crate::statistics::order::median_of_finite;
 
 /// Chance that a motorcycle of which nothing changed is said to have changed, per search.
 pub(crate) const FALSE_ALARMS: f64 = 0.05;
-/// Fewest rides since a change that are not one odd ride.
-const SINCE: usize = 2;
 /// Most findings of a motorcycle, and of each set of rides.
 const MOST: [usize; 2] = [12, 3];
 /// Sets of rides whose causes are compared, those whose difference is least by chance.
@@ -38,40 +37,6 @@ const ROUGH: [&str; 2] = ["side_force_ratio_front", "side_force_ratio_rear"];
 /// Most numbers that are listed of a change, and the chance of each below which it is.
 const LISTED: usize = 5;
 const MOVED: f64 = 0.001;
-
-/// Rides that are held against the others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Rides {
-    /// One ride.
-    One(usize),
-    /// All from one on.
-    Since(usize),
-}
-
-impl Rides {
-    /// Whether a ride is one of them.
-    pub(crate) fn has(self, ride: usize) -> bool {
-        match self {
-            Rides::One(own) => own == ride,
-            Rides::Since(first) => ride >= first,
-        }
-    }
-
-    /// The first of them.
-    pub(crate) fn first(self) -> usize {
-        match self {
-            Rides::One(ride) | Rides::Since(ride) => ride,
-        }
-    }
-
-    /// All sets of a motorcycle's rides. Of rides without a time nobody knows which came first.
-    pub(crate) fn all(history: &History) -> Vec<Rides> {
-        let n = history.len();
-        let is_dated = history.rides.iter().all(|r| r.start_time.is_some());
-        let last = if is_dated { (n + 1).saturating_sub(SINCE) } else { 0 };
-        (0..n).map(Rides::One).chain((OTHERS..last).map(Rides::Since)).collect()
-    }
-}
 
 /// A number that moved.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +105,7 @@ pub(crate) fn search_of(history: &History, sets: &[Rides]) -> Found {
         changes.push(change);
     }
     let largest = (0..history.len()).filter_map(|ride| {
-        let (moved, chance) = Evidence::new(&rest, Rides::One(ride)).largest()?;
+        let (moved, chance) = Evidence::new(&rest, &Rides::one(ride, history.len())).largest()?;
         Some(Largest { ride, moved, chance })
     });
     // the remainder after a change is searched again
@@ -159,17 +124,17 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     /// Of some rides.
-    pub(crate) fn new(history: &History, rides: Rides) -> Self {
+    pub(crate) fn new(history: &History, rides: &Rides) -> Self {
         let of = |p: usize| {
             let (values, errors) = (&history.values[p], &history.errors[p]);
             let belief = Belief::of(&history.numbers[p], middle(values));
-            difference(values, errors, |i| rides.has(i), belief)
+            difference(values, errors, rides, belief)
         };
         let numbers: Vec<Option<Difference>> = (0..history.numbers.len()).map(of).collect();
         let middle: Vec<f64> = history.values.iter().map(|v| middle(v)).collect();
         let effects = history.traces.iter().map(|(effect, _)| *effect);
         let sums = effects.filter_map(|effect| {
-            let trace = trace(history, effect, |i| rides.has(i));
+            let trace = trace(history, effect, rides);
             Some((effect, sum(history, rides, &numbers, &trace, &middle)?))
         });
         Evidence { sums: sums.collect(), numbers }
@@ -207,7 +172,7 @@ fn middle(values: &[f64]) -> f64 {
 /// scatter of the sum itself, from ride to ride.
 fn sum(
     history: &History,
-    rides: Rides,
+    rides: &Rides,
     numbers: &[Option<Difference>],
     trace: &[f64],
     middle: &[f64],
@@ -235,20 +200,20 @@ fn sum(
     let (values, errors): (Vec<f64>, Vec<f64>) = (0..history.len()).map(of_ride).unzip();
     let usual = median_of_finite(&errors)?;
     let belief = Belief { ratio: information.sqrt().recip() / usual, natural: 0.0 };
-    difference(&values, &errors, |i| rides.has(i), belief)
+    difference(&values, &errors, rides, belief)
 }
 
 /// Of the sets of rides whose difference is beyond chance, the change that explains most.
 fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Change> {
     let limit = FALSE_ALARMS / sets.len() as f64;
     let is_open = |rides: &&Rides| known.iter().filter(|c| c.rides == **rides).count() < MOST[1];
-    let mut tried: Vec<(Rides, Evidence, f64)> = sets
+    let mut tried: Vec<(&Rides, Evidence, f64)> = sets
         .par_iter()
         .filter(is_open)
         .filter_map(|rides| {
-            let evidence = Evidence::new(history, *rides);
+            let evidence = Evidence::new(history, rides);
             let (_, chance) = evidence.largest()?;
-            (chance <= limit).then_some((*rides, evidence, chance))
+            (chance <= limit).then_some((rides, evidence, chance))
         })
         .collect();
     tried.sort_by(|a, b| a.2.total_cmp(&b.2));
@@ -270,12 +235,12 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
 /// The change of some rides with its cause, and what the cause explains.
 fn caused(
     history: &History,
-    rides: Rides,
+    rides: &Rides,
     evidence: &Evidence,
     chance: f64,
 ) -> Option<(Change, f64)> {
     let differences = &evidence.numbers;
-    let all = candidates(history, differences, |i| rides.has(i));
+    let all = candidates(history, differences, rides);
     let is_possible = |c: &&Candidate| {
         let plausible = history.numbers[c.number].effect.is_none_or(|e| e.in_bounds(c.size));
         plausible && evidence.of_cause(c.number).is_some_and(|d| d.chance() < MOVED)
@@ -314,7 +279,7 @@ fn caused(
     }
     seen.truncate(LISTED);
     let change = Change {
-        rides,
+        rides: rides.clone(),
         cause: cause.number,
         size,
         half_width: match ROUGH.contains(&history.numbers[cause.number].name.as_str()) {
@@ -332,7 +297,7 @@ fn caused(
 /// Squared size of a candidate's own number in standard errors from noise, times the larger scatter of the two over the noise.
 fn clearness(
     history: &History,
-    rides: Rides,
+    rides: &Rides,
     differences: &[Option<Difference>],
     of: &Candidate,
     other: &Candidate,
@@ -356,16 +321,17 @@ fn take_out(history: &mut History, change: &Change) {
     let inside: Vec<usize> = (0..history.len()).filter(|i| change.rides.has(*i)).collect();
     let traces = history.traces.iter().find(|(number, _)| *number == change.cause).cloned();
     for i in inside {
+        let share = change.rides.share(i);
         match &traces {
             Some((_, by_ride)) => {
                 for (p, t) in by_ride[i].iter().enumerate() {
-                    let moved = change.size * t;
+                    let moved = change.size * share * t;
                     history.values[p][i] -= moved;
                     // its remainder is known as well as its size is
                     history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved);
                 }
             }
-            None => history.values[change.cause][i] -= change.size,
+            None => history.values[change.cause][i] -= change.size * share,
         }
     }
 }

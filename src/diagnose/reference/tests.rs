@@ -5,7 +5,7 @@ use super::*;
 use crate::simulate::effects::Effect;
 use crate::statistics::random::Random;
 use crate::store::tables::changes::{head, is_change};
-use crate::store::tables::rows::{EffectTrace, EstimateRow};
+use crate::store::tables::rows::{Circumstances, EffectTrace, EstimateRow};
 
 /// What is tried: effects with their standard errors, and what a unit of each moves of the nominal parameters.
 const EFFECTS: &[(&str, f64)] =
@@ -59,7 +59,7 @@ fn ride(seed: u64, k: usize, hidden: &[(&str, f64)]) -> Ride {
         slope: slope * error(name) / error(effect),
     });
     let traces = traces.collect();
-    Ride { ident, estimates, traces }
+    Ride { ident, circumstances: Circumstances::default(), estimates, traces }
 }
 
 /// The changes among so many rides, of which some have something hidden.
@@ -118,6 +118,70 @@ fn a_third_of_odd_rides_is_found() {
     assert_eq!(odd, ["s01", "s04", "s07", "s10", "s13"], "{rows:#?}");
 }
 
+/// A rider who leans in four of twelve rides, not in a row: one change of theirs, not four.
+#[test]
+fn what_rides_of_one_rider_share_is_one_change() {
+    const ANNA: [usize; 4] = [1, 4, 8, 10];
+    let of = |k: usize| {
+        let mut ride = ride(8, k, if ANNA.contains(&k) { &[("wind", 60.0)] } else { &[] });
+        let rider = if ANNA.contains(&k) { "anna" } else { "ben" };
+        ride.circumstances.rider_id = Some(rider.to_owned());
+        ride.circumstances.site = Some("track".to_owned());
+        ride
+    };
+    let all = changes((0..12).map(of).collect());
+    let rows: Vec<&ChangeRow> = all.iter().filter(|r| is_change(r)).collect();
+    let [row] = &rows[..] else { panic!("{rows:#?}") };
+    assert_eq!((row.rides.as_str(), row.ident.session_id.as_str()), ("rider", "s01"));
+    assert_eq!((row.n_rides, row.n_others, row.cause.as_deref()), (4, 8, Some("wind")));
+    let (low, high) = row.ci95_low.zip(row.ci95_high).expect("an interval");
+    assert!((low..high).contains(&1.2), "{low} to {high}");
+    assert_eq!(row.in_common.as_deref(), Some("rider anna"));
+    assert_eq!(place(row), "rider anna (4 rides)");
+    assert_eq!(head(&all).as_deref(), Some("8 of 12 rides as before, 4 share a change"));
+    let other = all.iter().find(|r| r.ident.session_id == "s08").expect("a row");
+    assert!(other.sentence.starts_with("as the other rides of rider anna: "), "{}", other.sentence);
+}
+
+/// Rides since a date that are also those on a new tyre: one change, and both are said.
+#[test]
+fn sets_of_the_same_rides_are_one() {
+    let of = |k: usize| {
+        let mut ride = ride(9, k, if k >= 6 { &[("pad_heat", 40.0)] } else { &[] });
+        ride.circumstances.tyre_front = Some(if k >= 6 { "new" } else { "old" }.to_owned());
+        ride
+    };
+    let rows: Vec<ChangeRow> =
+        changes((0..10).map(of).collect()).into_iter().filter(is_change).collect();
+    let [row] = &rows[..] else { panic!("{rows:#?}") };
+    assert_eq!((row.rides.as_str(), row.in_common.as_deref()), ("since", Some("front tyre new")));
+    assert_eq!(place(row), "since s06 (2026-05-07, front tyre new)");
+}
+
+/// Pads that wear a little with each ride: one drift, not a step nor several odd rides.
+#[test]
+fn what_grows_with_time_is_a_drift() {
+    for n in [8_usize, 14] {
+        let of = |k: usize| {
+            // rides half a size apart each would be a chain of steps
+            let size = 60.0 * k as f64 / (n - 1) as f64;
+            ride(10, k, &[("latency", size)])
+        };
+        let all = changes((0..n).map(of).collect());
+        let rows: Vec<&ChangeRow> = all.iter().filter(|r| is_change(r)).collect();
+        let [row] = &rows[..] else { panic!("{rows:#?}") };
+        assert_eq!((row.rides.as_str(), row.cause.as_deref()), ("drift", Some("latency")));
+        assert_eq!((row.n_rides as usize, row.n_others), (n, 0));
+        let (low, high) = row.ci95_low.zip(row.ci95_high).expect("an interval");
+        assert!((low..high).contains(&0.12), "{low} to {high}");
+        assert!(
+            row.sentence.contains(&format!("from the first to the last of {n} rides")),
+            "{row:?}"
+        );
+        assert_eq!(place(row), format!("over {n} rides"));
+    }
+}
+
 /// Nobody knows which of rides without a time came first.
 #[test]
 fn rides_without_a_time_have_no_date_of_a_change() {
@@ -167,6 +231,24 @@ fn motorcycles_of_which_nothing_changed_stay_quiet() {
         let alarms = (0..150).filter(|seed| !found(100 + seed, n, |_| vec![]).is_empty()).count();
         assert!(alarms <= 12, "{alarms} of 150 with {n} rides");
     }
+}
+
+/// The same where riders, sites and nights make more sets.
+#[test]
+fn more_sets_raise_no_more_alarms() {
+    let quiet = |seed: u64| {
+        let of = |k: usize| {
+            let mut ride = ride(seed, k, &[]);
+            ride.circumstances.rider_id = Some(["anna", "ben", "cleo"][k * 7 % 3].to_owned());
+            ride.circumstances.site = Some(["north", "south"][k / 2 % 2].to_owned());
+            ride.ident.start_time =
+                Some(format!("2026-05-{:02}T{:02}:00:00Z", k / 3 + 1, 9 + k % 3));
+            ride
+        };
+        changes((0..12).map(of).collect()).iter().any(is_change)
+    };
+    let alarms = (0..150).filter(|seed| quiet(500 + seed)).count();
+    assert!(alarms <= 12, "{alarms} of 150");
 }
 
 /// Four rides after a part was changed, against the four before it: of changes of three standard errors of a ride more are

@@ -2,7 +2,8 @@
 
 use super::difference::Difference;
 use super::numbers::{History, Number};
-use super::search::{Change, Rides};
+use super::search::Change;
+use super::sets::{Kind, Rides};
 use crate::report::readable;
 use crate::statistics::number_format::{decimals, fixed};
 use crate::store::tables::changes::{head, is_change, place};
@@ -93,25 +94,34 @@ pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
     text
 }
 
-/// From which rides a change is; they are so many.
-pub(crate) fn from(rides: Rides, others: usize) -> String {
-    match rides {
-        Rides::One(_) => format!("from the motorcycle's {others} other rides"),
-        Rides::Since(_) => format!("from the {others} rides before"),
+/// From which rides a change is.
+fn from(rides: &Rides) -> String {
+    let [inside, others] = rides.counts();
+    match rides.kind {
+        Kind::One | Kind::Common(_) => format!("from the motorcycle's {others} other rides"),
+        Kind::Since => format!("from the {others} rides before"),
+        Kind::Drift => format!("from the first to the last of {inside} rides"),
+        Kind::Chosen => format!("from the {others} rides of the reference"),
     }
 }
 
-/// A change as a sentence, and `from` which rides.
-pub(crate) fn sentence(history: &History, change: &Change, from: &str) -> String {
+/// A change as a sentence.
+pub(crate) fn sentence(history: &History, change: &Change) -> String {
     let number = &history.numbers[change.cause];
     let size = size(change.size, change.half_width, unit(number));
+    let from = from(&change.rides);
+    let differs = match change.rides.kind {
+        Kind::Drift => "drifts",
+        _ => "differs",
+    };
     let text = match number.effect {
         Some(effect) => {
             let what = effect.sentence_of(change.size);
-            format!("{} differs by {size} {from}, as if {what}", number.name)
+            format!("{} {differs} by {size} {from}, as if {what}", number.name)
         }
         None => {
-            format!("{} differs by {size} {from}, the cause is not known", parameter(&number.name))
+            let what = parameter(&number.name);
+            format!("{what} {differs} by {size} {from}, the cause is not known")
         }
     };
     let rivals: Vec<&str> =

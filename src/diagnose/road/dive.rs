@@ -27,17 +27,28 @@ const STRAIGHT: (f64, f64) = (0.05, 4.0);
 /// Pitch of the frame beyond the usual one on straights, rad, positive nose down; zero in gaps. `None`
 /// where pitch or roll is not measured.
 pub(crate) fn dive(session: &Session) -> Option<Vec<f64>> {
-    let rate = session.rate;
-    let roll = smooth(session.get(Channel::Roll)?, rate);
-    let pitch = smooth(session.get(Channel::Pitch)?, rate);
+    let pitch = smooth(session.get(Channel::Pitch)?, session.rate);
+    Some(beyond(&pitch, usual_of(session, &pitch)?))
+}
+
+/// The pitch of a session, rad, that is usual on its straights; `None` where pitch or roll is not measured.
+pub(super) fn usual_pitch(session: &Session) -> Option<f64> {
+    usual_of(session, &smooth(session.get(Channel::Pitch)?, session.rate))
+}
+
+fn usual_of(session: &Session, pitch: &[f64]) -> Option<f64> {
+    let roll = smooth(session.get(Channel::Roll)?, session.rate);
     let v = session.get(Channel::VelocityX)?;
-    let usual: Vec<f64> = (0..session.len)
-        .filter(|&i| roll[i].abs() < STRAIGHT.0 && v[i] > STRAIGHT.1 && pitch[i].is_finite())
-        .map(|i| pitch[i])
-        .collect();
-    let usual = median_or_zero(&usual);
+    let straight =
+        |i: &usize| roll[*i].abs() < STRAIGHT.0 && v[*i] > STRAIGHT.1 && pitch[*i].is_finite();
+    let usual: Vec<f64> = (0..session.len).filter(straight).map(|i| pitch[i]).collect();
+    Some(median_or_zero(&usual))
+}
+
+/// Smoothed pitch, rad, beyond `usual`; zero in gaps.
+pub(super) fn beyond(pitch: &[f64], usual: f64) -> Vec<f64> {
     let beyond = |p: &f64| (p - usual).clamp(-DEEPEST, DEEPEST);
-    Some(pitch.iter().map(|p| if p.is_finite() { beyond(p) } else { 0.0 }).collect())
+    pitch.iter().map(|p| if p.is_finite() { beyond(p) } else { 0.0 }).collect()
 }
 
 /// Window of the means that take the sensor's noise off a motion, s.

@@ -17,6 +17,7 @@
 //! to ride next is computed in [`advice`].
 
 pub(crate) mod advice;
+pub(crate) mod around;
 pub(crate) mod attitude;
 pub(crate) mod base;
 pub(crate) mod dive;

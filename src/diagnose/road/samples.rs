@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::dive::{NOISY, dive};
+use super::around::Around;
+use super::dive::{NOISY, beyond, usual_pitch};
 use super::replay::bridged;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -139,9 +140,11 @@ impl Samples {
     /// Picked samples of a session.
     pub fn take(session: &Session, picks: &[(ManoeuvreKind, Vec<usize>)]) -> Self {
         let rate = session.rate;
-        let n = session.len;
+        let around = Around::of(session, picks);
+        let near = &around.session;
+        let n = near.len;
         let missing = || vec![f64::NAN; n];
-        let smoothed = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
+        let smoothed = |c: Channel| near.get(c).map_or_else(missing, |x| smooth(x, rate));
         let column = |c: Channel| {
             let x = smoothed(c);
             let d = gradient(&x, rate);
@@ -161,17 +164,21 @@ impl Samples {
         let steer = smoothed(Channel::SteerAngle);
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
             .map(|c| acting_pressure(&smoothed(c), rate));
-        let brakes = brake_history(session);
-        let along = along_strip(session);
-        let grade = session.get(Channel::Grade);
-        let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
+        let grade = near.get(Channel::Grade);
+        // what depends on the whole ride
+        let brakes = around.only(brake_history(session), Brakes::default());
+        let along = around.only(along_strip(session).into_iter(), f64::NAN);
+        let usual = usual_pitch(session);
+        let dive =
+            usual.map_or_else(|| vec![0.0; n], |usual| beyond(&smoothed(Channel::Pitch), usual));
         let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
         let divedd = gradient(&dived, rate);
         let mut out = Samples { block: BLOCK, ..Samples::default() };
         for (kind, chosen) in picks {
             let start = out.len();
-            for &i in chosen {
-                out.time.push(i as f64 / rate);
+            for &picked in chosen {
+                out.time.push(picked as f64 / rate);
+                let i = around.position(picked);
                 out.along.push(along[i]);
                 out.grade.push(grade.map_or(0.0, |x| x[i]));
                 out.dive.push(dive[i]);

@@ -34,7 +34,8 @@ use crate::simulate::effects::{ALL, Effect};
 use crate::statistics::smooth::{gradient, smooth};
 use crate::store::objects::Location;
 use crate::store::tables::rows::{
-    CauseRow, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample, SimulationError,
+    CauseRow, Circumstances, DiscrepancyRow, EffectTrace, EstimateRow, Ident, SimulatedSample,
+    SimulationError,
 };
 use crate::tyre::formulation::Formulation;
 
@@ -74,8 +75,8 @@ pub struct RoadDiagnosis {
     pub effect_traces: Vec<EffectTrace>,
     /// The extended model.
     pub model: ExtendedModel,
-    /// Where it was ridden.
-    pub site: Option<String>,
+    /// Where, by whom and on what tyres it was ridden.
+    pub circumstances: Circumstances,
     /// Samples on the session's common clock.
     pub n_samples: i64,
     /// The samples that the residuals are made of.
@@ -282,7 +283,7 @@ pub fn diagnose(
     let measured = logged.has(Channel::AccelerationX).then_some(&fitted.ridden);
     let replays = replays.rows(session.rate, simulation, &ident);
     let model = extended_model(&naming, &ident, (logged, measured), bike, pipeline);
-    let site = session.meta.site.clone();
+    let circumstances = Circumstances::from(&session.meta);
     let Prepared { start, calibration, .. } = prepared;
     let (estimates, effect_traces) = estimates::estimates(samples, &start.base, ALL, &ident);
     Ok(RoadDiagnosis {
@@ -298,7 +299,7 @@ pub fn diagnose(
         estimates,
         effect_traces,
         model,
-        site,
+        circumstances,
         n_samples: session.len as i64,
         samples: fitted.samples.clone(),
     })
@@ -309,8 +310,8 @@ pub fn diagnose(
 pub struct Estimated {
     /// Who and when.
     pub ident: Ident,
-    /// Where it was ridden.
-    pub site: Option<String>,
+    /// Where, by whom and on what tyres it was ridden.
+    pub circumstances: Circumstances,
     /// Samples on the session's common clock.
     pub n_samples: i64,
     /// Rows of `estimates`.
@@ -332,8 +333,8 @@ pub(crate) fn estimated(
     let ident = Ident::from(&used.meta);
     let start = base.starting_point(&samples, ALL);
     let (estimates, effect_traces) = estimates::estimates(&samples, &start.base, ALL, &ident);
-    let (site, n_samples) = (session.meta.site.clone(), session.len as i64);
-    Ok(Estimated { ident, site, n_samples, estimates, effect_traces })
+    let (circumstances, n_samples) = (Circumstances::from(&session.meta), session.len as i64);
+    Ok(Estimated { ident, circumstances, n_samples, estimates, effect_traces })
 }
 
 /// Says of a latency that is found here what `run` does about it.

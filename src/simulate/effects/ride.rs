@@ -105,23 +105,19 @@ pub(crate) fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
 }
 
 /// Heat in the brakes, sample by sample; samples without speed keep the last.
-pub(crate) fn brake_history(session: &Session) -> Vec<Brakes> {
-    let Some(v) = session.get(Channel::VelocityX) else {
-        return vec![Brakes::default(); session.len];
-    };
+pub(crate) fn brake_history(session: &Session) -> impl Iterator<Item = Brakes> + '_ {
+    let v = session.get(Channel::VelocityX);
     let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
         .map(|c| session.get(c).map(|x| smooth(x, session.rate)));
     let dt = 1.0 / session.rate;
     let mut brakes = Brakes::default();
-    (0..session.len)
-        .map(|i| {
-            if v[i].is_finite() {
-                let at = |x: &Option<Vec<f64>>| x.as_ref().map_or(0.0, |x| x[i]);
-                brakes.update(v[i], [at(&pressure[0]), at(&pressure[1])], dt);
-            }
-            brakes
-        })
-        .collect()
+    (0..session.len).map(move |i| {
+        if let Some(v) = v.map(|v| v[i]).filter(|v| v.is_finite()) {
+            let at = |x: &Option<Vec<f64>>| x.as_ref().map_or(0.0, |x| x[i]);
+            brakes.update(v, [at(&pressure[0]), at(&pressure[1])], dt);
+        }
+        brakes
+    })
 }
 
 /// Cosine of the heading against that of the first straight, sample by sample; NaN without heading.
@@ -173,7 +169,7 @@ impl Ride {
             v: column(Channel::VelocityX),
             roll: column(Channel::Roll),
             along: along_strip(session).iter().map(known).collect(),
-            brakes: brake_history(session),
+            brakes: brake_history(session).collect(),
         }
     }
 }

@@ -12,12 +12,13 @@ pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
     };
     let all = of(&|r| r.verdict != "too_few");
     let (same, since) = (of(&|r| r.verdict == "as_before"), of(&|r| r.verdict == "as_since"));
-    let unclear = of(&|r| r.verdict == "unclear");
+    let (shared, unclear) = (of(&|r| r.verdict == "as_others"), of(&|r| r.verdict == "unclear"));
     let more = |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
     (all > 0).then(|| {
         format!(
-            "{same} of {all} rides as before{}{}",
+            "{same} of {all} rides as before{}{}{}",
             more(since, "as since a change"),
+            more(shared, "share a change"),
             more(unclear, "unclear")
         )
     })
@@ -28,10 +29,24 @@ pub(crate) fn is_change(row: &ChangeRow) -> bool {
     matches!(row.verdict.as_str(), "named" | "ambiguous" | "changed")
 }
 
-/// Where and when: the session and its date, `since` before it where all later ones are meant.
+/// Which rides: the session and its date, `since` before it where all later ones are meant; what the rides have in common
+/// and how many they are.
 pub(crate) fn place(row: &ChangeRow) -> String {
     let session = &row.ident.session_id;
     let date = row.ident.start_time.as_deref().and_then(|t| t.get(..10));
-    let place = date.map_or(session.clone(), |date| format!("{session} ({date})"));
-    if row.rides == "since" { format!("since {place}") } else { place }
+    let all = row.in_common.as_deref();
+    match (row.rides.as_str(), all) {
+        ("drift", _) => format!("over {} rides", row.n_rides),
+        ("since", _) => {
+            let details: Vec<&str> = date.into_iter().chain(all).collect();
+            match details.is_empty() {
+                true => format!("since {session}"),
+                false => format!("since {session} ({})", details.join(", ")),
+            }
+        }
+        ("ride" | "against", _) | (_, None) => {
+            date.map_or(session.clone(), |date| format!("{session} ({date})"))
+        }
+        (_, Some(all)) => format!("{all} ({} rides)", row.n_rides),
+    }
 }

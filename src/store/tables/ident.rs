@@ -31,3 +31,27 @@ impl From<&Meta> for Ident {
         }
     }
 }
+
+/// Where, by whom and on what tyres a session was ridden; what its log does not say is `None`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Circumstances {
+    /// Where.
+    pub site: Option<String>,
+    /// Who rode.
+    pub rider_id: Option<String>,
+    /// On the front wheel.
+    pub tyre_front: Option<String>,
+    /// On the rear wheel.
+    pub tyre_rear: Option<String>,
+}
+
+impl From<&Meta> for Circumstances {
+    fn from(meta: &Meta) -> Self {
+        Circumstances {
+            site: meta.site.clone(),
+            rider_id: meta.rider_id.clone(),
+            tyre_front: meta.tyre_front.clone(),
+            tyre_rear: meta.tyre_rear.clone(),
+        }
+    }
+}

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use super::ident::Ident;
+pub(crate) use super::ident::{Circumstances, Ident};
 pub(crate) use super::lap_rows::{
     LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
 };
@@ -351,6 +351,7 @@ pub struct ChangeRow {
     #[serde(flatten)]
     pub ident: Ident,
     pub rides: String,
+    pub in_common: Option<String>,
     pub n_rides: i64,
     pub n_others: i64,
     pub verdict: String,
@@ -501,7 +502,8 @@ pub(crate) struct DiagnosisRow {
     #[serde(flatten)]
     pub ident: Ident,
     pub path: String,
-    pub site: Option<String>,
+    #[serde(flatten)]
+    pub circumstances: Circumstances,
     pub n_named: i64,
     pub unexplained: bool,
     pub poolable: bool,
