@@ -20,8 +20,12 @@ const TILT: f64 = 0.5;
 /// An offset of this is no bend of a mounting but another axis: the box stands on end, m/s².
 const ON_END: f64 = 0.4 * GRAVITY;
 
-/// Factors that scales are equal within: friction, pitch and filters change them less, units more.
-const EQUAL: f64 = 1.4;
+/// Factor that scales are equal within: pitch, filters and good sensors change them less (0.94 to 1.01 on rides of both
+/// simulators).
+const EQUAL: f64 = 1.1;
+/// Scatter of the ratio's logarithm from mean to mean, and standard errors of its median that are added.
+const RATIO: f64 = 0.15;
+const SURE: f64 = 2.0;
 /// Less than this of each other is left of two channels that do not go together.
 const TOGETHER: f64 = 0.3;
 
@@ -68,7 +72,7 @@ fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
     let level: Vec<f64> = ax.iter().map(|a| a - offset).collect();
     let pair = view.pair(&level, dv, LEAST)?;
     let apart = pair.together < TOGETHER;
-    let off = pair.scale.abs().ln().abs() > EQUAL.ln();
+    let off = pair.scale.abs().ln().abs() > EQUAL.ln() + SURE * RATIO / (pair.n as f64).sqrt();
     let what = match (apart, off) {
         (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
         (_, true) => format!("is {:.2} times dv/dt: check the units of both", pair.scale),

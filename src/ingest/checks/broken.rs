@@ -88,6 +88,33 @@ fn angles_and_rates_in_another_unit() {
 }
 
 #[test]
+fn a_lateral_velocity_turned_dead_or_in_another_unit() {
+    for factor in [-1.0, 0.0, 3.6, -3.6] {
+        for seed in 20..24 {
+            let broken = scaled(ride(seed), C::VelocityY, factor);
+            caught(broken, C::VelocityY, &format!("seed {seed}, {factor}"));
+        }
+    }
+    caught(exchanged(ride(5), C::VelocityY, C::RollRate), C::VelocityY, "exchanged");
+}
+
+#[test]
+fn a_scale_of_the_acceleration_that_a_sensor_does_not_have() {
+    for factor in [1.2, 1.0 / 1.2] {
+        caught(scaled(ride(6), C::AccelerationX, factor), C::AccelerationX, &format!("{factor}"));
+    }
+}
+
+#[test]
+fn one_line_in_another_unit_than_the_other() {
+    // read as Pa: bar, and MPa
+    for factor in [1e-5, 1e-6] {
+        let broken = scaled(ride(7), C::BrakePressureFront, factor);
+        caught(broken, C::BrakePressureFront, &format!("front, {factor}"));
+    }
+}
+
+#[test]
 fn accelerations_in_another_unit_turned_or_exchanged() {
     for channel in [C::AccelerationX, C::AccelerationY] {
         for factor in [GRAVITY, 1.0 / GRAVITY, -1.0, 1e-3 / GRAVITY, 0.0] {

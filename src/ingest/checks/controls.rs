@@ -16,7 +16,11 @@ const PER_BAR: [f64; 2] = [0.1, 2.8];
 /// Pa.
 const BAR: f64 = 1e5;
 /// Units that loggers write, Pa.
-const UNITS: [(&str, f64); 4] = [("bar", 1e5), ("psi", 6_894.757), ("kPa", 1e3), ("mbar", 100.0)];
+const UNITS: [(&str, f64); 6] =
+    [("bar", 1e5), ("psi", 6_894.757), ("kPa", 1e3), ("mbar", 100.0), ("MPa", 1e6), ("Pa", 1.0)];
+/// Deceleration of a hard stop, m/s², and the least pressure of a line that brakes one, bar.
+const HARD: f64 = 5.0;
+const LEAST: f64 = 1.0;
 /// A usual deceleration per bar, m/s².
 const USUAL: f64 = 0.5;
 /// How much further open the throttle must be under braking than under drive to be turned round.
@@ -99,7 +103,7 @@ fn unit(view: &View, pull: &[f64], out: &mut Findings<'_>) -> Result<(), Error> 
         if pull[i] < -BRAKES && p > PRESSED * most { -pull[i] / p } else { f64::NAN }
     });
     let Some(gain) = gain.filter(|g| !(PER_BAR[0]..PER_BAR[1]).contains(&g.value)) else {
-        return Ok(());
+        return weak(view, &lines, pull, out);
     };
     // read as bar, kPa or psi where it was another: the pair that makes the gain usual
     let pairs = UNITS.iter().flat_map(|is| UNITS.iter().map(move |read| (is, read)));
@@ -119,6 +123,36 @@ fn unit(view: &View, pull: &[f64], out: &mut Findings<'_>) -> Result<(), Error> 
                 gain.value
             ),
         })?;
+    }
+    Ok(())
+}
+
+/// A line that is next to nothing while it brakes hard and the other line does not: its unit alone is wrong.
+fn weak(
+    view: &View,
+    lines: &[(Channel, Vec<f64>)],
+    pull: &[f64],
+    out: &mut Findings<'_>,
+) -> Result<(), Error> {
+    for (channel, own) in lines {
+        let mut all = view.moving(|i| own[i]);
+        let most = quantile(&mut all, 0.998);
+        let alone = |i: usize| {
+            let others = lines.iter().filter(|l| l.0 != *channel).all(|l| l.1[i] < LEAST);
+            // a line that does nothing when it brakes is another matter
+            pull[i] < -HARD && others && own[i] > PRESSED * most
+        };
+        let count = view.moving(|i| if alone(i) { own[i] } else { f64::NAN }).len();
+        if most > 0.0 && most < LEAST && count >= FEWEST {
+            out.push(Finding {
+                code: RejectionCode::UnitPressure,
+                channel: *channel,
+                count,
+                message: format!(
+                    "{channel} is at most {most:.4} bar, and it brakes hard with it alone; give the unit in the channel map"
+                ),
+            })?;
+        }
     }
     Ok(())
 }

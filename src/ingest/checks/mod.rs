@@ -15,8 +15,8 @@
 //! switches it.
 //!
 //! Cannot be seen: every lateral channel mirrored at once without a track over ground (the tyre
-//! is symmetric, coefficients stay right, left and right change names), and the sign of
-//! `velocity_y`, which physics leaves open.
+//! is symmetric, coefficients stay right, left and right change names), and scales that are off by less than a
+//! tenth.
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -38,6 +38,7 @@ mod course;
 mod finding;
 mod impossible;
 pub(crate) mod judge;
+mod sideways;
 mod slip;
 mod speeds;
 mod still;
@@ -136,6 +137,8 @@ fn run<'a>(
     accelerations::check(&view, speed_agrees, &mut findings)?;
     drop_left_out(&mut view, &findings);
     bends::check(&view, speed_agrees, &mut findings)?;
+    drop_left_out(&mut view, &findings);
+    sideways::check(&view, &mut findings)?;
     controls::check(&view, &mut findings)?;
     impossible::check(&view, &mut findings)?;
     drop_left_out(&mut view, &findings);

@@ -36,6 +36,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     let hard = view.moving(|i| slows[i]).iter().filter(|a| **a < -HARD.0).count() >= HARD.1;
     for channel in [
         VelocityX,
+        VelocityY,
         AccelerationX,
         AccelerationY,
         Roll,
@@ -58,7 +59,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
             |c| view.get(c).and_then(|x| view.extent(x)).is_some_and(|e| e[1] - e[0] > REST);
         let against = match channel {
             VelocityX => other_speed.then_some("wheels or track tell that the speed changes"),
-            AccelerationY | Roll | YawRate | RollRate | SteerAngle => {
+            VelocityY | AccelerationY | Roll | YawRate | RollRate | SteerAngle => {
                 turns.filter(|of| *of != channel).map(|_| "the others tell of bends")
             }
             // a road may lead straight along a parallel

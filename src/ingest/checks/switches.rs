@@ -94,6 +94,16 @@ pub const CHECKS: &[Check] = &[
     check(RejectionCode::SignAccelerationX, "`a_x` against `dv/dt`", Effect::LeaveOut),
     check(RejectionCode::SignAccelerationY, "`a_y` against `v r`", Effect::LeaveOut),
     check(
+        RejectionCode::SignVelocityY,
+        "the change of `v_y` against `a_y - v r`",
+        Effect::LeaveOut,
+    ),
+    check(
+        RejectionCode::ScaleVelocityY,
+        "the change of `v_y` against `a_y - v r`",
+        Effect::LeaveOut,
+    ),
+    check(
         RejectionCode::UnitAcceleration,
         "`a_x` against `dv/dt`, `a_y` against `v r`",
         Effect::LeaveOut,

@@ -53,7 +53,8 @@ pub(crate) fn ride(seed: u64) -> Session {
     let bias: [f64; 4] = std::array::from_fn(|_| spread.sample(&mut rng));
     let n = (360.0 * RATE) as usize;
     let mut columns = vec![Vec::new(); Channel::COUNT];
-    let (mut v, mut a, mut yaw, mut x, mut y, mut last_roll) = (8.0, 0.0, 0.5, 0.0, 0.0, 0.0);
+    let (mut v, mut a, mut yaw, mut x, mut y) = (8.0, 0.0, 0.5, 0.0, 0.0);
+    let (mut last_roll, mut last_r) = (0.0, 0.0);
     for i in 0..n {
         let t = (i as f64 / RATE) % 40.0;
         let (wanted, lateral) = plan(t);
@@ -74,7 +75,8 @@ pub(crate) fn ride(seed: u64) -> Session {
         put(Channel::VelocityX, noisy(v, 0.05));
         put(Channel::VelocityY, noisy(0.3 * r, 0.05));
         put(Channel::AccelerationX, noisy(a + 0.15 * bias[0], 1.0));
-        put(Channel::AccelerationY, noisy(v * r + 0.15 * bias[1], 1.0));
+        let sideways = 0.3 * (r - last_r) * RATE;
+        put(Channel::AccelerationY, noisy(v * r + sideways + 0.15 * bias[1], 1.0));
         put(Channel::Roll, noisy(roll + 0.01 * bias[2], 0.01));
         put(Channel::Pitch, noisy(-0.01 * a, 0.005));
         put(Channel::Yaw, noisy((yaw + PI).rem_euclid(TAU) - PI, 0.01));
@@ -88,7 +90,7 @@ pub(crate) fn ride(seed: u64) -> Session {
         let [north, east] = metres_per_degree(45.0);
         put(Channel::Latitude, noisy(45.0 + y / north, 3e-6));
         put(Channel::Longitude, noisy(9.0 + x / east, 3e-6));
-        last_roll = roll;
+        (last_roll, last_r) = (roll, r);
     }
     let mut session = Session::new(Meta::default(), RATE, n);
     for &channel in Channel::ALL {
