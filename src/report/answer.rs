@@ -273,6 +273,12 @@ mod tests {
             ]
         );
         assert_eq!(of_warnings(&rows[2..]), ["Warning (clock): clock of a"]);
+        // each of one ride's odd manoeuvres is said, the first few of many
+        let odd = |n: usize| of_warnings(&vec![warning("a", OUTLYING_MANOEUVRE); n]);
+        assert_eq!(odd(FINDINGS).len(), FINDINGS);
+        let many = odd(FINDINGS + 2);
+        assert_eq!(many.len(), FINDINGS + 1);
+        assert_eq!(many[FINDINGS], "2 more of these: table `outlying_manoeuvres`.");
         assert!(of_warnings(&[]).is_empty());
     }
 }

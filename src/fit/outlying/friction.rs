@@ -1,16 +1,21 @@
-//! Friction of a stop, over the ride's friction curve at the same slip.
+//! Friction of a stop, over the ride's friction curve.
+//!
+//! On another surface the tyre keeps its slip stiffness and reaches another peak: the curve is scaled in both
+//! directions (similarity method, Pacejka 2012, section 4.2).
 //!
 //! ```text
-//! mu = g mu_x(s) - mu_x'(s) (1 + s)/v e,   e of the velocity's own spread
+//! mu = l mu_x(s/l) - mu_x'(s/l) (1 + s)/v e,   e of the velocity's own spread
 //! ```
-//! `g` (over that of the median stop, as an odd stop has moved the curve) and the velocity's offset `e` of each manoeuvre
-//! by least squares: where a tyre slips little, an error of the velocity looks like one of the friction, near the peak it
-//! does not.
+//! The scale `l` (over that of the median stop, as an odd stop has moved the curve) and the velocity's offset `e` of each
+//! manoeuvre by least squares: where a tyre slips little, an error of the velocity looks like one of the friction, near
+//! the peak it does not.
 
 use super::comparison::{Scatter, Shown};
 use super::quantity::{Compare, Fitted, Quantity};
+use crate::fit::friction::Rows;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::order::median;
+use crate::tyre::MagicFormula;
 
 /// Friction from which a manoeuvre tells of the tyre.
 const USED: f64 = 0.3;
@@ -42,16 +47,49 @@ pub(super) static REAR: Compare = Compare {
     shown: |f| shown(f, 1),
 };
 
-/// Sums of one manoeuvre's least squares.
+/// Steps of Gauss and Newton: a scale of a half needs five to be exact to a thousandth.
+const STEPS: usize = 6;
+/// Scales that are looked for.
+const SCALES: [f64; 2] = [0.05, 3.0];
+
+/// Sums of one manoeuvre's least squares, of the difference to the scaled curve.
 #[derive(Default)]
 struct Sums {
-    n: usize,
-    largest: f64,
-    gg: f64,
-    ge: f64,
+    ll: f64,
+    le: f64,
     ee: f64,
-    yg: f64,
+    yl: f64,
     ye: f64,
+}
+
+/// Scale of a stop's friction curve and its standard error, from its samples; NaN where they do not tell.
+fn scale(rows: &Rows, curve: &MagicFormula, own: &[usize]) -> (f64, f64) {
+    let mut scale = 1.0;
+    let mut error = f64::NAN;
+    for _ in 0..STEPS {
+        let mut sums = Sums { ee: rows.velocity_error.powi(-2), ..Sums::default() };
+        for &i in own {
+            let (s, v) = (rows.slip[i], rows.speed[i]);
+            let (value, slope) = curve.value_and_slope(s / scale);
+            let sigma = rows.friction_error[i].hypot(slope * rows.velocity_error / v);
+            let l = (value - s / scale * slope) / sigma;
+            let e = -slope * (1.0 + s) / v / sigma;
+            let y = (rows.friction[i] - scale * value) / sigma;
+            sums.ll += l * l;
+            sums.le += l * e;
+            sums.ee += e * e;
+            sums.yl += y * l;
+            sums.ye += y * e;
+        }
+        let determinant = sums.ll * sums.ee - sums.le * sums.le;
+        scale += (sums.yl * sums.ee - sums.ye * sums.le) / determinant;
+        error = (sums.ee / determinant).sqrt();
+        if scale.is_nan() {
+            break;
+        }
+        scale = scale.clamp(SCALES[0], SCALES[1]);
+    }
+    (scale, error)
 }
 
 fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
@@ -61,33 +99,27 @@ fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
     if fitted.solution.fits.coasting.radius[k].is_none() {
         return Vec::new();
     }
-    let mut sums: Vec<Sums> = fitted.segments.iter().map(|_| Sums::default()).collect();
+    let mut samples: Vec<Vec<usize>> = fitted.segments.iter().map(|_| Vec::new()).collect();
     for i in 0..rows.samples() {
-        let (s, v) = (rows.slip[i], rows.speed[i]);
-        let (value, slope) = fit.formula.value_and_slope(s);
-        let sigma = rows.friction_error[i].hypot(slope * rows.velocity_error / v);
-        let (g, e, y) = (value / sigma, -slope * (1.0 + s) / v / sigma, rows.friction[i] / sigma);
-        let sum = &mut sums[rows.clusters[i]];
-        sum.n += 1;
-        sum.largest = sum.largest.max(rows.friction[i].abs());
-        sum.gg += g * g;
-        sum.ge += g * e;
-        sum.ee += e * e;
-        sum.yg += y * g;
-        sum.ye += y * e;
+        samples[rows.clusters[i]].push(i);
     }
-    let ratio = |(segment, sum): (usize, &Sums)| {
-        let ee = sum.ee + 1.0 / rows.velocity_error.powi(2);
-        let determinant = sum.gg * ee - sum.ge * sum.ge;
-        let value = (sum.yg * ee - sum.ye * sum.ge) / determinant;
-        let error = (ee / determinant).sqrt();
+    let of = |(segment, own): (usize, &Vec<usize>)| {
         // driven out of a corner a tyre slips too little to tell its friction; of both brakes the shares have errors
         let kind = fitted.segments[segment].kind;
         let braked = [ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking].contains(&kind);
-        let usable = sum.n >= FEW && sum.largest >= USED && error < VAGUE && value.is_finite();
-        (braked && usable).then(|| Shown { segment, value, error, columns: vec![1.0] })
+        let largest = own.iter().map(|i| rows.friction[*i].abs()).fold(0.0, f64::max);
+        if !braked || own.len() < FEW || largest < USED {
+            return None;
+        }
+        let (value, error) = scale(rows, &fit.formula, own);
+        (error < VAGUE && value.is_finite()).then(|| Shown {
+            segment,
+            value,
+            error,
+            columns: vec![1.0],
+        })
     };
-    let mut shown: Vec<Shown> = sums.iter().enumerate().filter_map(ratio).collect();
+    let mut shown: Vec<Shown> = samples.iter().enumerate().filter_map(of).collect();
     // an odd stop has moved the curve that all are held against
     let usual = median(&mut shown.iter().map(|s| s.value).collect::<Vec<f64>>());
     for s in &mut shown {

@@ -3,6 +3,7 @@
 use super::comparison::Compared;
 use super::quantity::{Fitted, Outlying, Quantity};
 use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 use crate::segment::Segment;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
@@ -28,6 +29,7 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
     for (k, quantity, channel) in
         [(0, &FRONT, Channel::WheelSpeedFront), (1, &REAR, Channel::WheelSpeedRear)]
     {
+        let radius = fitted.solution.inputs.radius[k];
         for kind in [
             ManoeuvreKind::FrontBraking,
             ManoeuvreKind::RearBraking,
@@ -38,7 +40,7 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
                 .iter()
                 .enumerate()
                 .filter(|(_, s)| s.kind == kind)
-                .filter_map(|(i, s)| Some((i, standing(fitted, s, k, channel)?)))
+                .filter_map(|(i, s)| Some((i, standing(fitted.session, s, channel, radius)?)))
                 .collect();
             let stood: Vec<&(usize, f64)> = stops.iter().filter(|(_, t)| *t >= LONG).collect();
             if 2 * stood.len() >= stops.len() {
@@ -63,11 +65,10 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
     out
 }
 
-/// How long wheel `k` stands at a stretch in a segment while the motorcycle moves, s; `None` where it is not known.
-fn standing(fitted: &Fitted<'_>, segment: &Segment, k: usize, channel: Channel) -> Option<f64> {
-    let session = fitted.session;
-    let (wheel, speed) = (session.get(channel)?, session.get(Channel::VelocityX)?);
-    let radius = fitted.solution.inputs.radius[k];
+/// How long a wheel of `radius`, m, stands at a stretch in a segment while the motorcycle moves, s; `None` where it is
+/// not known.
+fn standing(session: &Session, segment: &Segment, wheel: Channel, radius: f64) -> Option<f64> {
+    let (wheel, speed) = (session.get(wheel)?, session.get(Channel::VelocityX)?);
     let end = segment.end.min(session.len);
     let (mut longest, mut now, mut known) = (0_usize, 0_usize, 0_usize);
     for i in segment.start..end {
@@ -77,4 +78,49 @@ fn standing(fitted: &Fitted<'_>, segment: &Segment, k: usize, channel: Channel) 
         longest = longest.max(now);
     }
     (2 * known > end.saturating_sub(segment.start)).then_some(longest as f64 / session.rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::session::Meta;
+
+    /// Ten seconds at 20 m/s, slowed to `last` at the end; the wheel stands from 3 s on for `stood` s.
+    fn stop(last: f64, stood: f64) -> Session {
+        let mut session = Session::new(Meta::default(), 100.0, 1000);
+        let speed = |i: u32| 20.0 + (last - 20.0) * f64::from(i) / 999.0;
+        session.set(Channel::VelocityX, (0..1000).map(speed).collect());
+        let turns = |i: u32| {
+            let time = f64::from(i) / 100.0;
+            if (3.0..3.0 + stood).contains(&time) { 0.0 } else { speed(i) / 0.3 }
+        };
+        session.set(Channel::WheelSpeedFront, (0..1000).map(turns).collect());
+        session
+    }
+
+    #[test]
+    fn a_wheel_stands_as_long_as_it_does_and_not_where_the_motorcycle_does() {
+        let segment = Segment {
+            kind: ManoeuvreKind::FrontBraking,
+            start: 200,
+            end: 1000,
+            direction: None,
+            quality: 1.0,
+            used: true,
+            reason: None,
+        };
+        let of = |session: &Session| standing(session, &segment, Channel::WheelSpeedFront, 0.3);
+        assert_eq!(of(&stop(10.0, 0.0)), Some(0.0));
+        assert_eq!(of(&stop(10.0, 0.25)), Some(0.25));
+        // at walking pace a wheel that stands is the end of the stop
+        let mut slow = stop(10.0, 0.0);
+        slow.set(Channel::VelocityX, vec![3.0; 1000]);
+        slow.set(Channel::WheelSpeedFront, vec![0.0; 1000]);
+        assert_eq!(of(&slow), Some(0.0));
+        let mut unknown = stop(10.0, 0.25);
+        unknown.set(Channel::WheelSpeedFront, vec![f64::NAN; 1000]);
+        assert_eq!(of(&unknown), None);
+        unknown.remove(Channel::WheelSpeedFront);
+        assert_eq!(of(&unknown), None);
+    }
 }

@@ -30,3 +30,35 @@ pub(super) fn of(session: &Session, segment: &Segment) -> Place {
     });
     Place { distance, latitude: at(Channel::Latitude), longitude: at(Channel::Longitude) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::session::Meta;
+    use crate::segment::manoeuvre::ManoeuvreKind;
+
+    #[test]
+    fn a_place_is_the_middle_of_the_manoeuvre() {
+        let mut session = Session::new(Meta::default(), 10.0, 100);
+        let segment = Segment {
+            kind: ManoeuvreKind::Coasting,
+            start: 40,
+            end: 60,
+            direction: None,
+            quality: 1.0,
+            used: true,
+            reason: None,
+        };
+        assert_eq!(of(&session, &segment), Place::default());
+        let mut speed = vec![12.0; 100];
+        speed[10..20].fill(f64::NAN);
+        session.set(Channel::VelocityX, speed);
+        let degrees = |first: f64| (0..100).map(|i| first + 1e-4 * f64::from(i)).collect();
+        session.set(Channel::Latitude, degrees(48.0));
+        session.set(Channel::Longitude, degrees(11.0));
+        let place = of(&session, &segment);
+        let near = |x: Option<f64>, wanted: f64| x.is_some_and(|x| (x - wanted).abs() < 1e-9);
+        assert!(near(place.distance, 60.0), "{place:?}");
+        assert!(near(place.latitude, 48.005) && near(place.longitude, 11.005), "{place:?}");
+    }
+}

@@ -27,8 +27,10 @@ pub(crate) struct Page {
     pub answer: String,
     /// What to ride for those that are missing, in sentences.
     pub advice: Vec<String>,
-    /// What is odd about single manoeuvres, in sentences.
+    /// What is odd about single manoeuvres, in sentences; the first few.
     pub odd: Vec<String>,
+    /// How many more are in the list of warnings.
+    pub more_odd: usize,
     /// How many coefficients have which status.
     pub verdict: String,
     /// The second line: manoeuvres and warnings.
@@ -155,17 +157,14 @@ pub(crate) fn build(
     warnings: &[WarningRow],
 ) -> Page {
     let used = manoeuvres.iter().filter(|m| m.used).count();
+    let odd = || warnings.iter().filter(|w| w.code == OUTLYING_MANOEUVRE);
     Page {
         session_id: session.ident.session_id.clone(),
         bike_id: session.ident.bike_id.clone(),
         answer: answer::determined(coefficients),
         advice: answer::advice(coefficients),
-        odd: warnings
-            .iter()
-            .filter(|w| w.code == OUTLYING_MANOEUVRE)
-            .take(answer::FINDINGS)
-            .map(|w| w.message.clone())
-            .collect(),
+        odd: odd().take(answer::FINDINGS).map(|w| w.message.clone()).collect(),
+        more_odd: odd().count().saturating_sub(answer::FINDINGS),
         verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),
         ridden: format!(
             "{used} of {} manoeuvres used; {}.",
@@ -385,5 +384,24 @@ fn warning(w: &WarningRow) -> WarningLine {
         count: w.count,
         time: w.time.map(|t| format!("{} s", fixed(t, 1))).unwrap_or_default(),
         message: w.message.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_odd_manoeuvres_stand_at_the_top_and_the_others_are_counted() {
+        let warning = |code: &str| WarningRow { code: code.into(), ..WarningRow::default() };
+        let page = |n: usize| {
+            let mut warnings = vec![warning(OUTLYING_MANOEUVRE); n];
+            warnings.push(warning("gap"));
+            build(&SessionRow::default(), &[], &[], &warnings)
+        };
+        for (n, shown, more) in [(0, 0, 0), (3, 3, 0), (5, 3, 2)] {
+            let page = page(n);
+            assert_eq!((page.odd.len(), page.more_odd), (shown, more));
+        }
     }
 }
