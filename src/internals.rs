@@ -127,7 +127,7 @@ pub mod diagnose {
         pub use crate::diagnose::calibration::rms;
     }
     pub mod cause {
-        pub use crate::diagnose::cause::{Cause, Naming, Objection};
+        pub use crate::diagnose::cause::{Cause, Naming, Objection, Refusal};
     }
     pub mod levels {
         pub use crate::diagnose::levels::{Member, Pooling};
@@ -714,7 +714,7 @@ pub mod store {
         }
         pub mod rows {
             pub use crate::contract::status::Status;
-            pub use crate::store::tables::ident::Ident;
+            pub use crate::store::tables::ident::{Circumstances, Ident};
             pub use crate::store::tables::lap_rows::{
                 LapCoefficientRow, LapCornerRow, LapPointRow, LapRow, LapTrendRow,
             };

@@ -8,7 +8,7 @@ use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
-use crate::errors::invalid;
+use crate::errors::{failed, invalid};
 use roadbench::{
     CoefficientSet, ExportFormat, ExportRequest, ExportTyre, Location, Reading, Written,
     export_tyre, read_models,
@@ -58,7 +58,8 @@ pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>
         models: models.as_ref(),
     };
     let written = py.detach(|| {
-        let _reading = Reading::of(request.out).map_err(invalid)?;
+        let tables = ExportRequest::TABLES;
+        let _reading = Reading::of_session(request.out, tables, request.session).map_err(failed)?;
         export_tyre(&request).map_err(invalid)
     });
     Ok(match written? {

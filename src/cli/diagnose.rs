@@ -193,7 +193,7 @@ impl Format {
             Format::Json => verdict.causes.iter().map(|row| json("causes", row)).collect(),
             // without fault-free simulations there is none
             Format::Words if verdict.summary.is_empty() => String::new(),
-            Format::Words => format!("{}\n", verdict.summary),
+            Format::Words => terminal::wrapped(&verdict.summary, say::line_width()),
         }
     }
 
@@ -202,7 +202,9 @@ impl Format {
         match self {
             Format::None => String::new(),
             Format::Json => json("causes", row),
-            Format::Words => summary::pooled(row).map(|text| text + "\n").unwrap_or_default(),
+            Format::Words => summary::pooled(row)
+                .map(|text| terminal::wrapped(&text, say::line_width()))
+                .unwrap_or_default(),
         }
     }
 }

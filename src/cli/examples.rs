@@ -8,7 +8,7 @@ Examples:
   roadbench inspect ride.parquet            what a log holds, what it can give
 
 Exit codes: 0 all done; 1 some logs rejected, or stopped; 2 bad usage;
-3 the output cannot be written.
+3 the output cannot be written, or is damaged.
 
 `roadbench help COMMAND` says more of a command.";
 

@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         outputs.apart_from_files(&arguments.bikes)?;
     }
     let models = match &arguments.model {
-        Some(at) => Some(models::read(at).map_err(Failure::usage)?),
+        Some(at) => Some(models::read(at)?),
         None => {
             if arguments.out.join("models").is_dir() {
                 let out = arguments.out.display();
@@ -100,7 +100,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         load: arguments.load,
         models: models.as_ref(),
     };
-    let reading = Reading::of(&arguments.out).map_err(|e| Failure::Output(e.to_string()))?;
+    let reading = Reading::of_session(&arguments.out, Request::TABLES, &arguments.session)
+        .map_err(|e| Failure::Output(e.to_string()))?;
     let written = written::write(&request).map_err(Failure::usage)?;
     drop(reading);
     match &arguments.file {

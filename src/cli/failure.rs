@@ -10,7 +10,7 @@ pub(crate) enum Failure {
     Usage(String),
     /// Some inputs were rejected, and are listed, or the run was stopped before its end: 1.
     Rejected(String),
-    /// The output could not be written: 3.
+    /// The output could not be written, or what it holds is not as it was written: 3.
     Output(String),
 }
 

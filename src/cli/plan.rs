@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     say!("Smallest effects that it can reveal, at best\n");
     say!("{:<24}{:>14}  in usual sizes", "effect", "limit");
     for row in &effects {
-        let limit = row.limit.map_or("-".to_owned(), |x| size(x, row.unit));
+        let limit = row.limit.map_or("-".to_owned(), |x| size(x, row.effect, row.unit));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
         say!("{:<24}{limit:>14}{usual:>8}", row.effect);
         let hidden = hidden(row);
@@ -192,7 +192,7 @@ fn hidden(row: &EffectLimit) -> String {
         (Some(set), Some(limit), Some(usual), Some(after))
             if after * usual / limit < LARGEST_LIMIT =>
         {
-            format!("{base}{} with {set}", size(after, row.unit))
+            format!("{base}{} with {set}", size(after, row.effect, row.unit))
         }
         _ => format!("{base}no set does"),
     }

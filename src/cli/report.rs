@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::NonEmptyStringValueParser;
 
+use crate::batch::store::intact;
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::mark;
 use crate::batch::store::reading::Reading;
@@ -21,6 +22,7 @@ use crate::store::objects::files::read_text;
 use crate::store::tables::file;
 use crate::store::tables::output;
 use crate::store::tables::output::{Outputs, Refusal};
+use crate::store::tables::registry;
 use crate::tyre::tydex;
 
 /// Rebuild the HTML report from the tables
@@ -146,6 +148,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let kind = arguments.pages.kind.into();
     if let Some(session) = &arguments.open {
+        let tables: Vec<&str> = registry::read_by_reports().collect();
+        intact::require_session(&out, &tables, session)?;
         let page = report::open(&out, session, arguments.bike.as_deref(), kind).map_err(failure)?;
         say!("{}", page.display());
         if !arguments.no_browser {
@@ -155,13 +159,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let only = arguments.session.as_deref();
     // without what is damaged
-    let copy = LocalCopy::of(&Location::from(&out))?;
+    let copy = LocalCopy::of_whole_folder(&out)?;
     report::build(copy.folder(), kind, true)
         .and_then(|()| arguments.copies.write(copy.folder(), only))
         .map_err(failure)?;
     copy.publish(["report"])?;
     note!("{}", out.join("report").join("index.html").display());
-    Ok(())
+    // as a run that cannot make its tables whole: what could be made is there, and the exit code says that it is not all
+    copy.left_out(&Location::from(&out)).map_or(Ok(()), |why| Err(Failure::Output(why)))
 }
 
 /// The tyre that bench points are of, and their file; of bench values the file alone.

@@ -89,7 +89,7 @@ impl Arguments {
                 let message = "--model is for road sessions; take a pipeline without [offroad]";
                 return Err(Failure::Usage(message.to_owned()));
             }
-            given.pipeline.models = Some(models::read(at).map_err(Failure::usage)?);
+            given.pipeline.models = Some(models::read(at)?);
         }
         Ok(given)
     }

@@ -25,7 +25,7 @@ use super::schema::{Key, KeyTable, Removed};
 use crate::GRAVITY;
 
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
-const USUAL_SLIP_LAG: f64 = 0.07;
+pub(crate) const USUAL_SLIP_LAG: f64 = 0.07;
 /// Gain of slip stiffness per load with the load at rest once more where the file has none; as the schema says.
 pub(crate) const USUAL_SLIP_STIFFNESS_LOAD: f64 = 0.2;
 /// Spin inertia of the wheels where the file has none, front and rear, kg m²: 17 inch wheels with

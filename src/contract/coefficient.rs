@@ -405,11 +405,13 @@ impl Coefficient {
         // the lower end is a sign more often than not: zero itself is none either
         let beyond = value <= low || value >= high;
         beyond.then(|| {
-            format!(
-                "{} is impossible, {} lies between {low} and {high}",
-                shown(value),
-                self.spec().words
-            )
+            let (sign, words) = match self {
+                // the words are those of the slip ratio
+                Coefficient::PeakSlip => ("σ = ", "σ = κ/(1 − κ) at peak friction"),
+                _ => ("", self.spec().words),
+            };
+            let value = shown(value);
+            format!("{sign}{value} is impossible, {words} lies between {low} and {high}")
         })
     }
 

@@ -32,9 +32,10 @@ macro_rules! codes {
 codes! {
     MissingChannel: "missing_channel", "The log lacks a channel that it takes.";
     UnknownCoasting: "unknown_coasting", "Nothing in the log distinguishes coasting from drive and engine braking.";
+    Contradicted: "contradicted", "Other channels contradict a channel that it depends on.";
     Impossible: "impossible", "No motorcycle, bicycle or car has such a value: a unit, a sign or a channel is wrong.";
     NoManoeuvre: "no_manoeuvre", "No manoeuvre of the ride can be used for it.";
-    FewManoeuvres: "few_manoeuvres", "Too few manoeuvres for an interval.";
+    FewManoeuvres: "few_manoeuvres", "Too few manoeuvres for a fit or for an interval.";
     UnknownRadius: "unknown_radius", "The rolling radius is not known from the ride, and the slip with it.";
     NoisySlip: "noisy_slip", "Noise of the slip ratio hides the friction curve.";
     PeakNotReached: "peak_not_reached", "The ride stays short of the peak of friction.";
@@ -72,6 +73,9 @@ impl fmt::Display for ReasonCode {
     }
 }
 
+/// What to do about a value that no log should give.
+const CHECK_MAP: &str = "check units, signs and the channel map: `roadbench map LOG --map MAP`";
+
 /// A reason; as a text it is its sentence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reason {
@@ -87,6 +91,22 @@ impl Reason {
     /// A reason without advice.
     pub fn new(code: ReasonCode, sentence: impl Into<String>) -> Self {
         Reason { code, sentence: sentence.into(), advice: None }
+    }
+
+    /// Of a value that no motorcycle has, in its coefficient's words.
+    pub fn impossible(sentence: String) -> Self {
+        Reason::new(ReasonCode::Impossible, sentence).with_advice(CHECK_MAP)
+    }
+
+    /// Of a channel that others contradict, with what they say.
+    pub fn contradicted(sentence: String) -> Self {
+        Reason::new(ReasonCode::Contradicted, sentence).with_advice(CHECK_MAP)
+    }
+
+    /// Of an interval by its ends, in the unit of the value beside it.
+    pub fn wide_interval(low: f64, high: f64) -> Self {
+        let words = format!("the interval is wide, {low:.3} to {high:.3}");
+        Reason::new(ReasonCode::WideInterval, words)
     }
 
     /// The same with what would change it.

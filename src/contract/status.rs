@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub enum Status {
     /// Estimated, with a 95 % interval that is narrow enough.
     Ok,
-    /// Not estimated: taken from the bike file.
+    /// Not from the ride: the bike file, a rule or a usual value, as the reason says.
     Assumed,
     /// Not reached by the ride: at least the lower end of the interval, and no value.
     LowerBound,

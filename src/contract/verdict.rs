@@ -4,6 +4,12 @@
 /// [`Verdict::Unexplained`], and it is no candidate.
 pub const UNEXPLAINED: &str = "unexplained";
 
+/// Score that a cause needs on the road, in what 19 of 20 fault-free simulations stay below; what set it is in
+/// `src/diagnose/tuning.rs`.
+pub(crate) const ALARM_ROAD: f64 = 1.75;
+/// The same off-road.
+pub(crate) const ALARM_OFFROAD: f64 = 1.0;
+
 /// What a diagnosis concludes about a candidate cause, or about all of them together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {

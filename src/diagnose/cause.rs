@@ -1,5 +1,7 @@
 //! Candidates, causes and what a diagnosis makes of all of them: the types that road and off-road share.
 
+use std::collections::BTreeMap;
+
 use crate::contract::verdict::Verdict;
 use crate::simulate::effects::spec::by_sign;
 
@@ -76,6 +78,37 @@ pub enum Objection {
     WorseSimulation,
 }
 
+/// Which rule of the naming leaves a candidate out that is beyond what fault-free simulations show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refusal {
+    /// Other motorcycles score as much where nothing is wrong; the score that a cause needs.
+    NoAlarm(f64),
+    /// To first order it gains far less than those that were fitted together with the model.
+    NotFitted,
+    /// Its size in the joint fit is out of its bounds.
+    Implausible(f64),
+    /// The joint fit gains too little.
+    LittleGain {
+        /// Fall of twice the loss.
+        gain: f64,
+        /// What a cause needs.
+        needed: f64,
+    },
+    /// Its size in the joint fit is smaller than what a bike file is usually known to.
+    Small(f64),
+    /// Another of its family is identified.
+    Related,
+    /// Its size is not known well enough.
+    Vague,
+    /// It gains too little on manoeuvres left out of the fit.
+    NotHeldOut,
+    /// This one gains more and joined the model.
+    Behind(&'static str),
+}
+
+/// What refuses candidates at a stage of the naming, by their names.
+pub(crate) type Refusals = BTreeMap<&'static str, Refusal>;
+
 /// A candidate at a stage of the naming, before any verdict.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
@@ -100,6 +133,7 @@ impl Judged {
             candidate: self.candidate,
             verdict,
             objection: None,
+            refusal: None,
             estimate: self.estimate,
             bias: self.bias,
             score: self.score,
@@ -118,6 +152,8 @@ pub struct Cause {
     pub verdict: Verdict,
     /// Why it is not needed though it alarmed and gained enough.
     pub objection: Option<Objection>,
+    /// Why it did not join the model though it is beyond what fault-free simulations show.
+    pub refusal: Option<Refusal>,
     /// Its size; `None` where no size is better than none.
     pub estimate: Option<Estimate>,
     /// Size that the method itself shows on null simulations, already taken off `estimate`.
@@ -135,6 +171,16 @@ impl Cause {
     #[must_use]
     pub fn rejected(self, objection: Objection) -> Self {
         Cause { verdict: Verdict::NotNeeded, objection: Some(objection), ..self }
+    }
+
+    /// The same with what refused it at its stage, where it is beyond what fault-free simulations show; `alarm` is the score
+    /// that a cause needs.
+    #[must_use]
+    pub(crate) fn refused(self, at_stage: &Refusals, alarm: f64) -> Self {
+        let is_beyond = self.verdict == Verdict::NotNeeded && self.score > 1.0;
+        let quiet = (self.score <= alarm).then_some(Refusal::NoAlarm(alarm));
+        let refusal = at_stage.get(self.candidate.name).copied().or(quiet);
+        Cause { refusal: refusal.filter(|_| is_beyond), ..self }
     }
 
     /// Keeps some of the equivalents; without any the cause is named.
@@ -179,6 +225,8 @@ pub struct Naming<M> {
     pub structure: Option<Structure>,
     /// Whether something is wrong that no candidate explains.
     pub unexplained: bool,
+    /// What refuses candidates beside the nominal model.
+    pub refused_at_first: Refusals,
 }
 
 impl<M> Naming<M> {

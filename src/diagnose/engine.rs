@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::calibration::{Calibration, Cell, Rms};
-use super::cause::{Cause, Estimate, Judged, Naming, Structure};
+use super::cause::{Cause, Estimate, Judged, Naming, Refusal, Refusals, Structure};
 use crate::contract::verdict::Verdict;
 use crate::store::tables::rows::DiscrepancyRow;
 
@@ -37,6 +37,15 @@ pub(crate) struct Refit<M> {
     pub gain: f64,
     /// The joint fit.
     pub model: M,
+}
+
+/// What joint fits make of the candidates that share in an alarm.
+#[derive(Debug, Clone)]
+pub(crate) struct Joint<M> {
+    /// Those that may be causes, the largest gain first.
+    pub refits: Vec<Refit<M>>,
+    /// Those that are refused by their fits, or were not fitted.
+    pub refused: Refusals,
 }
 
 /// What is left of the named causes once each was put to the test, and all other candidates.
@@ -100,18 +109,18 @@ pub(crate) trait Engine {
     /// Every open candidate at a stage.
     fn judge(&self, stage: &Self::Stage) -> Vec<Judged>;
 
-    /// Joint fits with the candidates that alarm and have a size within their bounds, the largest
-    /// gain first. `named` are in the stage's model.
-    fn refits(
+    /// Joint fits with the candidates that alarm: those that have a size within their bounds, and what refuses the
+    /// others. `named` are in the stage's model.
+    fn refits(&self, stage: &Self::Stage, judged: &[Judged], named: &[Cause])
+    -> Joint<Self::Model>;
+
+    /// Why a refitted candidate is not named: too little gain, or what else is asked of a cause; `None` of one that may be.
+    fn refuses(
         &self,
         stage: &Self::Stage,
-        judged: &[Judged],
+        refit: &Refit<Self::Model>,
         named: &[Cause],
-    ) -> Vec<Refit<Self::Model>>;
-
-    /// Whether a refitted candidate gains enough to be named, and passes what else is asked of a cause.
-    fn is_nameable(&self, stage: &Self::Stage, refit: &Refit<Self::Model>, named: &[Cause])
-    -> bool;
+    ) -> Option<Refusal>;
 
     /// The next stage: the last of `named` is in its model.
     fn join(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
@@ -172,14 +181,17 @@ pub(crate) fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     let alarm = largest(judged.iter());
     let mut named: Vec<Cause> = Vec::new();
     let mut instead: Vec<Cause> = Vec::new();
+    let (mut refused_at_first, mut refused) = (None, Refusals::new());
     while largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves) {
-        let Some((cause, rivals, refit)) = best(engine, &stage, &judged, &named) else {
-            break;
-        };
+        let found;
+        (found, refused) = best(engine, &stage, &judged, &named);
+        refused_at_first.get_or_insert_with(|| refused.clone());
+        let Some((cause, rivals, refit)) = found else { break };
         instead.extend(rivals.iter().map(|rival| rival.2.clone()));
         named.push(cause);
         stage = engine.join(stage, refit, &named);
         judged = engine.judge(&stage);
+        refused.clear();
         if let (Some(share), Some(last)) = (rules.independent, named.last_mut()) {
             // a rival that still gains much beside the named one is a cause of its own
             let gain_of = |name: &str| judged.iter().find(|j| j.candidate.name == name);
@@ -190,12 +202,20 @@ pub(crate) fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
         }
     }
     let confirmed = engine.confirm(stage, judged, named);
-    let Confirmed { mut named, rejected, mut rest, extended, structure, unexplained } = confirmed;
+    let Confirmed { mut named, rejected, rest, extended, structure, unexplained } = confirmed;
+    let refused_at_first = refused_at_first.unwrap_or_default();
+    // where nothing that was named is left, the others are judged on the base again
+    let at_stage = match named.is_empty() && !rejected.is_empty() {
+        true => &refused_at_first,
+        false => &refused,
+    };
+    let mut rest: Vec<Cause> =
+        rest.into_iter().map(|cause| cause.refused(at_stage, rules.alarm)).collect();
     let alternatives = alternatives(&named, &mut rest, instead);
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(alternatives);
     named.extend(rejected.into_iter().chain(rest));
-    Naming { causes: named, extended, alarm, structure, unexplained }
+    Naming { causes: named, extended, alarm, structure, unexplained, refused_at_first }
 }
 
 /// The equivalents of what is named, with the size that each would have in its place; they are taken out of `rest`, where
@@ -218,16 +238,28 @@ fn alternatives(named: &[Cause], rest: &mut Vec<Cause>, instead: Vec<Cause>) -> 
 /// Candidates that gain nearly as much as the named one, with their gains, and as what they would be in its place.
 type Rivals = Vec<(&'static str, f64, Cause)>;
 
-/// The candidate that the model gains most by, as a cause, and the model with it.
+/// A cause, its rivals and the model with it.
+type Found<M> = (Cause, Rivals, Refit<M>);
+
+/// The candidate that the model gains most by, as a cause, and the model with it; and what refuses the others.
 fn best<E: Engine>(
     engine: &E,
     stage: &E::Stage,
     judged: &[Judged],
     named: &[Cause],
-) -> Option<(Cause, Rivals, Refit<E::Model>)> {
-    let mut refits = engine.refits(stage, judged, named);
-    let at = refits.iter().position(|r| engine.is_nameable(stage, r, named))?;
+) -> (Option<Found<E::Model>>, Refusals) {
+    let Joint { mut refits, mut refused } = engine.refits(stage, judged, named);
+    let at = refits.iter().position(|r| match engine.refuses(stage, r, named) {
+        Some(why) => {
+            refused.insert(r.judged.candidate.name, why);
+            false
+        }
+        None => true,
+    });
+    let Some(at) = at else { return (None, refused) };
     let best = refits.remove(at);
+    let behind = Refusal::Behind(best.judged.candidate.name);
+    refused.extend(refits[at..].iter().map(|r| (r.judged.candidate.name, behind)));
     let least = engine.rules().equivalent * best.gain;
     let near = |r: &&Refit<E::Model>| r.gain > least;
     let instead = |r: &Refit<E::Model>| Cause {
@@ -243,7 +275,7 @@ fn best<E: Engine>(
         equivalent: rivals.iter().map(|r| r.0).collect(),
         ..best.judged.cause(if rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous })
     };
-    Some((cause, rivals, best))
+    (Some((cause, rivals, best)), refused)
 }
 
 /// The largest score; zero of none.
@@ -277,6 +309,7 @@ mod tests {
             candidate,
             verdict,
             objection: None,
+            refusal: None,
             estimate: Some(Estimate::linear(size, 0.1)),
             bias: 0.0,
             score: size,

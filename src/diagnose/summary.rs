@@ -3,6 +3,9 @@
 use std::fmt::Write;
 
 use crate::contract::verdict::Verdict;
+use crate::report::diagnosis::cause_labels;
+use crate::report::diagnosis::outcome::refused;
+use crate::report::readable::sized;
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most misfits that are listed.
@@ -44,41 +47,41 @@ pub fn session(
     lines.join("\n  ")
 }
 
-/// What is said where nothing is named.
+/// What is said where nothing is named: the largest score, and why what scores beyond a cause's is none.
 fn unnamed(
     causes: &[CauseRow],
     named: &[&CauseRow],
     unexplained: Option<&CauseRow>,
     [largest, needed]: [f64; 2],
-) -> Option<String> {
+) -> Vec<String> {
+    if !named.is_empty() {
+        return Vec::new();
+    }
     let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
     let score = format!(
         "the largest score is {largest:.1}; 19 of 20 fault-free simulations stay below 1, a cause needs {needed}"
     );
-    match unexplained {
-        _ if !named.is_empty() => None,
-        Some(row) => Some(format!(
-            "Something is wrong that no candidate explains: {} ({score}).",
-            row.reason
-        )),
-        None if causes.iter().all(blind) => {
-            Some(format!("This ride can identify none of the {} candidates.", causes.len()))
+    let first = match unexplained {
+        Some(row) => {
+            format!("Something is wrong that no candidate explains: {} ({score}).", row.reason)
         }
-        None => Some(format!("No cause is identified: {score}.")),
-    }
+        None if causes.iter().all(blind) => {
+            format!("This ride can identify none of the {} candidates.", causes.len())
+        }
+        None => format!("No cause is identified: {score}."),
+    };
+    std::iter::once(first).chain(refused(causes)).collect()
 }
 
 /// A named cause with its size and its equivalents; `needed` is the score that a name takes elsewhere.
 fn cause(row: &CauseRow, needed: f64) -> String {
     let mut text = format!("{}: {}", row.effect, row.reason);
-    let number = |v: Option<f64>| v.map_or("?".to_owned(), significant);
-    let (value, low, high) = (number(row.value), number(row.ci95_low), number(row.ci95_high));
-    // writing to a string cannot fail
-    let _ = write!(
-        text,
-        "\n      {value} {}, 95 % interval {low} to {high}; score {:.1}",
-        row.unit, row.score
+    let size = sized(row).map_or_else(
+        || "size unknown".to_owned(),
+        |(value, interval)| format!("{value}, 95 % interval {interval}"),
     );
+    // writing to a string cannot fail
+    let _ = write!(text, "\n      {size}; score {:.1}", row.score);
     if row.score <= needed {
         let _ = write!(text, " (below {needed}, but without it the fit is implausible)");
     }
@@ -91,19 +94,22 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
     let ratio = |r: &DiscrepancyRow| r.rmse_base / r.null_largest;
     structured.sort_by(|a, b| ratio(b).total_cmp(&ratio(a)));
     let misfit = |row: &DiscrepancyRow| {
-        let unit = if row.unit == "1" { "standard deviations" } else { &row.unit };
-        let after = row
-            .rmse_extended
-            .map_or(String::new(), |r| format!(", {} with the causes", significant(r)));
+        let (unit, factor) = match row.unit.as_str() {
+            "1" => (" standard deviations".to_owned(), 1.0),
+            unit => shown(unit),
+        };
+        let number = |x: f64| significant(factor * x);
+        let after =
+            row.rmse_extended.map_or(String::new(), |r| format!(", {} with the causes", number(r)));
         let with = row.covariate.as_deref().map_or(String::new(), |c| {
             format!("; correlates with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
         });
         format!(
-            "misfit of {} while {}: {} {unit}, {} in fault-free simulations{after}{with}",
+            "misfit of {} while {}: {}{unit}, {} in fault-free simulations{after}{with}",
             row.channel,
             row.kind.replace('_', " "),
-            significant(row.rmse_base),
-            significant(row.noise_floor)
+            number(row.rmse_base),
+            number(row.noise_floor)
         )
     };
     structured.into_iter().take(MISFITS).map(misfit).collect()
@@ -112,13 +118,13 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
 /// Where the simulation of manoeuvres left out of the fit is wrong, and nothing is known that would mend it.
 fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
     SimulationError::stays_wrong(errors).into_iter().take(GAINS).map(|row| {
+        let (unit, factor) = shown(&row.unit);
         format!(
-            "simulated wrong: {} while {} {} {} (noise only {})",
+            "simulated wrong: {} while {} {}{unit} (noise only {})",
             row.channel,
             row.kind.replace('_', " "),
-            significant(row.rmse_base),
-            row.unit,
-            significant(row.noise_floor)
+            significant(factor * row.rmse_base),
+            significant(factor * row.noise_floor)
         )
     })
 }
@@ -126,14 +132,15 @@ fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
 /// What the named causes change in the simulation of manoeuvres left out of the fit.
 fn simulated(errors: &[SimulationError]) -> Vec<String> {
     let clause = |row: &SimulationError| {
+        let (unit, factor) = shown(&row.unit);
+        let number = |x: f64| significant(factor * x);
         format!(
-            "{} while {} {} -> {} {} (noise only {})",
+            "{} while {} {} -> {}{unit} (noise only {})",
             row.channel,
             row.kind.replace('_', " "),
-            significant(row.rmse_base),
-            row.rmse_extended.map_or("?".to_owned(), significant),
-            row.unit,
-            significant(row.noise_floor)
+            number(row.rmse_base),
+            row.rmse_extended.map_or("?".to_owned(), number),
+            number(row.noise_floor)
         )
     };
     let gains = SimulationError::gains(errors);
@@ -158,15 +165,23 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
 
 /// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
 pub(crate) fn pooled(row: &CauseRow) -> Option<String> {
-    let [value, low, high] = [row.value?, row.ci95_low?, row.ci95_high?].map(significant);
+    let (value, interval) = sized(row)?;
     Some(format!(
-        "{} {}: {}\n      {value} {}, 95 % interval {low} to {high}; {}",
+        "{} {}: {}\n      {value}, 95 % interval {interval}; {}",
         row.level,
         row.pooled_over.as_deref().unwrap_or(""),
         row.effect,
-        row.unit,
         row.reason
     ))
+}
+
+/// The unit that a residual or a signal is read in, with the blank before it, and the factor to it.
+fn shown(si: &str) -> (String, f64) {
+    let (unit, factor) = cause_labels::readable(si);
+    match unit.as_str() {
+        "" | "°" => (unit, factor),
+        _ => (format!(" {unit}"), factor),
+    }
 }
 
 /// A number with [`DIGITS`] digits.
@@ -191,10 +206,45 @@ mod tests {
     }
 
     #[test]
+    fn sizes_are_in_the_units_of_the_pages() {
+        let late = CauseRow {
+            effect: "latency".into(),
+            verdict: "named".into(),
+            value: Some(0.02059),
+            ci95_low: Some(0.017),
+            ci95_high: Some(0.02418),
+            unit: "s".into(),
+            score: 4.0,
+            ..CauseRow::default()
+        };
+        let ratio =
+            CauseRow { effect: "side_force_ratio_front".into(), unit: "1".into(), ..late.clone() };
+        let text = session(&Ident::default(), &[late, ratio], &[], &[], [4.0, 1.75]);
+        assert!(text.contains("20.6 ms, 95 % interval 17.0 to 24.2 ms; score 4.0"), "{text}");
+        assert!(text.contains("0.0206, 95 % interval 0.0170 to 0.0242; score 4.0"), "{text}");
+        assert_eq!(shown("rad"), ("°".to_owned(), 180.0 / std::f64::consts::PI));
+        assert_eq!(shown("m/s"), (" m/s".to_owned(), 1.0));
+    }
+
+    #[test]
     fn a_session_without_a_name_says_how_large_the_largest_score_is() {
         let row = CauseRow { verdict: "not_needed".into(), ..CauseRow::default() };
         let text = session(&Ident::default(), &[row], &[], &[], [0.7, 1.75]);
         assert!(text.contains("No cause is identified: the largest score is 0.7"), "{text}");
+        let late = CauseRow {
+            effect: "latency".into(),
+            verdict: "not_needed".into(),
+            value: Some(0.0202),
+            ci95_low: Some(0.0102),
+            ci95_high: Some(0.0302),
+            unit: "s".into(),
+            score: 2.3,
+            reason: "beyond what fault-free simulations show, but vague".into(),
+            ..CauseRow::default()
+        };
+        let text = session(&Ident::default(), &[late], &[], &[], [2.3, 1.75]);
+        let why = "latency: the velocity comes late, 20.2 ms, score 2.3; beyond what fault-free simulations show, but vague";
+        assert!(text.ends_with(why), "{text}");
         let row = CauseRow { verdict: "not_identifiable".into(), ..CauseRow::default() };
         let text = session(&Ident::default(), &[row], &[], &[], [0.0, 1.75]);
         assert!(text.contains("identify none of the 1 candidates"), "{text}");

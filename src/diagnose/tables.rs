@@ -1,9 +1,10 @@
 //! The rows of `causes` and `discrepancies`.
 
 use super::calibration::{Cell, Rms, correlation, rms};
-use super::cause::{Cause, Naming, Objection};
+use super::cause::{Candidate, Cause, Naming, Objection, Refusal};
 use super::engine::{CellResiduals, Engine, Unexplained};
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
+use crate::report::readable;
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// How many times the largest of its null simulations, and of what its channel has elsewhere, the residual
@@ -93,7 +94,7 @@ fn reason(cause: &Cause, remark: &str) -> String {
         ),
         (Verdict::Named, None) => {
             format!("{sentence}{remark}: 2 x log-likelihood gain {gain:.0}")
-        },
+        }
         (Verdict::Ambiguous, None) => format!(
             "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",
             cause.equivalent.join(", "),
@@ -106,13 +107,45 @@ fn reason(cause: &Cause, remark: &str) -> String {
             format!("not identifiable in this ride{remark}; what would show it: {separate_by}")
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) if cause.score > 1.0 => {
-            "beyond what fault-free simulations show, but no more than other motorcycles do where nothing is wrong, \
-             explained by the identified causes, of implausible size, or of too little gain"
-                .to_owned()
+            let known = cause.refusal.map(|why| refusal(why, &cause.candidate));
+            let why = known.unwrap_or_else(|| "not confirmed by a joint fit".to_owned());
+            format!("beyond what fault-free simulations show, but {why}")
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) => {
             "within what fault-free simulations of this ride show".to_owned()
         }
+    }
+}
+
+/// Which rule refused a candidate, as a clause.
+fn refusal(why: Refusal, candidate: &Candidate) -> String {
+    let Candidate { name, unit, bounds: [low, high], .. } = candidate;
+    let size = |x: f64| readable::size(x, name, unit);
+    match why {
+        Refusal::NoAlarm(needed) => format!(
+            "no more than other motorcycles show where nothing is wrong: a cause needs a score of {needed}"
+        ),
+        Refusal::NotFitted => {
+            "it gains far less than the candidates that were fitted with the model".to_owned()
+        }
+        Refusal::Implausible(found) if found.is_finite() => format!(
+            "its size in the joint fit, {}, is implausible: it lies between {} and {}",
+            size(found),
+            size(*low),
+            size(*high)
+        ),
+        Refusal::LittleGain { gain, needed } => format!(
+            "the joint fit gains too little: 2 x log-likelihood gain {gain:.1}, a cause needs {needed:.0}"
+        ),
+        Refusal::Small(found) if found.is_finite() => {
+            format!("its size, {}, is less than a bike file is usually known to", size(found))
+        }
+        Refusal::Related => "another cause of the same kind is identified".to_owned(),
+        Refusal::Implausible(_) | Refusal::Small(_) | Refusal::Vague => {
+            "its size is not known well enough".to_owned()
+        }
+        Refusal::NotHeldOut => "it gains too little on manoeuvres left out of the fit".to_owned(),
+        Refusal::Behind(other) => format!("{other} gains more and was tried in its place"),
     }
 }
 
@@ -177,4 +210,55 @@ fn covariate(
         .iter()
         .map(|(name, x)| (*name, correlation(own.iter().map(|(b, r)| (x[*b], *r)))))
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::cause::Refusals;
+
+    const LATE: Candidate = Candidate {
+        place: 0,
+        name: "latency",
+        parameter: "latency",
+        sentence: "the velocity comes late",
+        opposite: "the velocity comes early",
+        unit: "s",
+        separate_by: "riding",
+        typical: 0.015,
+        bounds: [-0.1, 0.3],
+    };
+
+    fn scored(score: f64, at_stage: &[(&'static str, Refusal)]) -> String {
+        let cause = Cause {
+            candidate: LATE,
+            verdict: Verdict::NotNeeded,
+            objection: None,
+            refusal: None,
+            estimate: None,
+            bias: 0.0,
+            score,
+            gain: 0.0,
+            equivalent: Vec::new(),
+        };
+        let at_stage: Refusals = at_stage.iter().copied().collect();
+        reason(&cause.refused(&at_stage, 1.75), "")
+    }
+
+    /// A score beyond the threshold without a cause left the reader with four alternatives.
+    #[test]
+    fn the_reason_is_the_rule_that_refused() {
+        let within = scored(0.9, &[("latency", Refusal::NotFitted)]);
+        assert_eq!(within, "within what fault-free simulations of this ride show");
+        assert!(scored(1.3, &[]).ends_with("a cause needs a score of 1.75"));
+        let little = Refusal::LittleGain { gain: 8.02, needed: 12.0 };
+        let text = scored(2.3, &[("latency", little), ("wind", Refusal::Vague)]);
+        assert!(text.ends_with("2 x log-likelihood gain 8.0, a cause needs 12"), "{text}");
+        let text = scored(2.3, &[("latency", Refusal::Implausible(0.41))]);
+        assert!(text.contains("410 ms") && text.contains("-100 ms and 300 ms"), "{text}");
+        for why in [Refusal::Implausible(f64::NAN), Refusal::Small(f64::NAN), Refusal::Vague] {
+            assert!(scored(2.3, &[("latency", why)]).ends_with("not known well enough"));
+        }
+        assert!(scored(2.3, &[]).ends_with("not confirmed by a joint fit"));
+    }
 }

@@ -6,6 +6,8 @@
 
 #![cfg_attr(not(feature = "internals"), allow(dead_code))] // the tables are for the book and for studies
 
+use crate::contract::verdict::{ALARM_OFFROAD, ALARM_ROAD};
+
 /// A tuned constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Constant<T> {
@@ -56,7 +58,7 @@ tuning! {
     /// What decides whether a candidate is named on the road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     RoadTuning, ROAD:
-    alarm: f64 = 1.75,
+    alarm: f64 = ALARM_ROAD,
         "Score from which there is an alarm, and that an identified candidate and its equivalents must have.",
         "fault-free simulations are the model's own: of 57 rides of other machines with nothing hidden a cause is found in five from 1.25, \
          four from 1.5, none from 1.75; of 45 effects above two limits 44 at each";
@@ -111,7 +113,7 @@ tuning! {
     /// What decides whether a candidate is named off-road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     OffroadTuning, OFFROAD:
-    alarm: f64 = 1.0,
+    alarm: f64 = ALARM_OFFROAD,
         "Score from which there is an alarm, and that an identified candidate must have itself.",
         "what 19 of 20 fault-free simulations stay below, by construction";
     gain: f64 = 30.0,

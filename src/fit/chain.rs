@@ -16,7 +16,7 @@ use super::refit::{MOST_CORNER, Refit};
 use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::selection;
 use super::slip_stiffness_load::{self, Gain, STEP};
-use super::solution::{Fits, FittedSamples, Solution, Upstream};
+use super::solution::{Fits, FittedSamples, Gathered, Solution, Upstream};
 use super::variation::{Source, variations};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient, Id, Part};
@@ -53,7 +53,8 @@ pub(crate) fn solve_once(
         inputs.rolling = found.rolling;
     }
 
-    let mut samples = FittedSamples::default();
+    let mut samples =
+        FittedSamples { gathered: Gathered::of_data(data), ..FittedSamples::default() };
     for (k, axle) in Axle::BOTH.into_iter().enumerate() {
         let signals = inputs.straight(&data.straight[k], &data.action[k]);
         let keep = selection::friction_samples(data, &signals, k, bike);

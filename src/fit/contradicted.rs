@@ -3,6 +3,7 @@
 
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient as C, Id};
+use crate::contract::reason::Reason;
 use crate::contract::session::Session;
 use crate::store::tables::rows::{Coefficient, Status};
 
@@ -16,7 +17,8 @@ pub(crate) fn object(rows: &mut [Coefficient], session: &Session) {
         let found = session.contradicted.iter().find(|(c, _)| decides(*c, id, session));
         if let Some((channel, why)) = found {
             row.status = Status::PoorlyDetermined;
-            row.reason = Some(format!("{channel} is contradicted by other channels: {why}"));
+            let words = format!("{channel} is contradicted by other channels: {why}");
+            row.explain(Some(Reason::contradicted(words)));
         }
     }
 }
@@ -48,6 +50,7 @@ fn decides(channel: Channel, id: Id, session: &Session) -> bool {
 mod tests {
     use super::*;
     use crate::contract::coefficient::Part;
+    use crate::contract::reason::ReasonCode;
     use crate::contract::session::Meta;
 
     fn status(channel: Channel, part: Part, coefficient: C) -> Status {
@@ -60,7 +63,11 @@ mod tests {
             ..Coefficient::default()
         }];
         object(&mut rows, &session);
-        assert_eq!(rows[0].reason.is_some(), rows[0].status != Status::Ok);
+        let objected = rows[0].status != Status::Ok;
+        assert_eq!(rows[0].reason.is_some(), objected);
+        let code = rows[0].reason_code.as_deref();
+        assert_eq!(code, objected.then(|| ReasonCode::Contradicted.name()));
+        assert_eq!(rows[0].advice.is_some(), objected);
         rows[0].status
     }
 

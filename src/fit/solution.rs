@@ -3,11 +3,13 @@
 use super::assemble::{Assembled, Curve, Parameters};
 use super::coasting::Coasting;
 use super::cornering::{self, K_X, Lateral, OverturningRows, overturning_share};
-use super::friction::{self, Friction};
+use super::data::Data;
+use super::friction::{self, Friction, is_of_curve};
 use super::variation::Source;
 use crate::contract::coefficient::{Coefficient, Id};
+use crate::estimate::samples::Samples;
 use crate::estimate::signals::Inputs;
-use crate::statistics::clustered_fit::{Fitted, Quality, Uncertainty};
+use crate::statistics::clustered_fit::{Fitted, Quality, Uncertainty, count};
 
 /// Everything that was fitted; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
@@ -41,9 +43,47 @@ impl Fits {
     }
 }
 
+/// Used manoeuvres that samples were gathered of, by what is fitted to them; pairs are front and rear.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Gathered {
+    /// Rolling radii.
+    pub rolling: [usize; 2],
+    /// Drag and rolling resistance.
+    pub coasting: usize,
+    /// Friction curves.
+    pub straight: [usize; 2],
+    /// Everything lateral.
+    pub corner: usize,
+}
+
+impl Gathered {
+    /// Of the samples of a session.
+    pub(super) fn of_data(data: &Data) -> Self {
+        let of = |samples: &Samples| count(&samples.segment);
+        Gathered {
+            rolling: [&data.front_rolling, &data.coast].map(of),
+            coasting: of(&data.coast),
+            straight: data.straight.each_ref().map(of),
+            corner: of(&data.corner),
+        }
+    }
+
+    /// Those that a coefficient is fitted to.
+    pub(super) fn of(&self, id: Id) -> usize {
+        match (id.coefficient, id.part.axle()) {
+            (Coefficient::EffectiveRollingRadius, Some(axle)) => self.rolling[axle as usize],
+            (Coefficient::Drag | Coefficient::RollingResistance, _) => self.coasting,
+            (coefficient, Some(axle)) if is_of_curve(coefficient) => self.straight[axle as usize],
+            _ => self.corner,
+        }
+    }
+}
+
 /// The samples that the fits were made of; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
 pub struct FittedSamples {
+    /// What they were chosen from.
+    pub gathered: Gathered,
     /// Friction.
     pub friction: [friction::Rows; 2],
     /// Lateral.

@@ -2,7 +2,7 @@
 //! change that.
 
 use super::config::Config;
-use super::friction::is_of_curve;
+use super::friction::{Friction, is_of_curve};
 use super::solution::Solution;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, GIVEN, Id, Source};
@@ -10,7 +10,6 @@ use crate::contract::reason::{Reason, ReasonCode};
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::Interval;
 use crate::store::tables::rows::Status;
-use crate::tyre::magic_formula::slip_ratio;
 
 /// Share of the variance that a friction curve must explain: where the ride's limit is the
 /// rider's command and the slip ratio is noise, the samples look like a peak that is none.
@@ -115,37 +114,56 @@ impl Case<'_> {
     }
 
     fn not_available(&self, missing: Option<Reason>) -> Option<Objection> {
-        let unused = || {
-            let found = self.value().is_finite();
-            let reason = || Reason::new(ReasonCode::NoManoeuvre, "no usable manoeuvre");
-            (!found).then(|| reason().with_advice(self.remedy()))
+        let unknown = || (!self.value().is_finite()).then(|| self.without_value());
+        missing.or_else(unknown).map(|reason| (Status::NotAvailable, reason))
+    }
+
+    /// Why no value came out: nothing to fit, too little of it, or a fitted curve that has no peak.
+    fn without_value(&self) -> Reason {
+        if let Some((_, reason)) = self.few_manoeuvres_of_curve().or_else(|| self.unknown_curve()) {
+            return reason;
+        }
+        let gathered = self.solution.samples.gathered.of(self.id);
+        let (_, reason) = match gathered {
+            0 => self.poor(ReasonCode::NoManoeuvre, "no usable manoeuvre"),
+            n => {
+                let words = format!("too few samples for a fit, of {n} usable manoeuvre(s)");
+                self.poor(ReasonCode::FewManoeuvres, words)
+            }
         };
-        missing.or_else(unused).map(|reason| (Status::NotAvailable, reason))
+        reason
     }
 
     /// A value that no tyre and no motorcycle has.
     fn impossible(&self) -> Option<Objection> {
         let words = self.id.coefficient.impossible(self.value())?;
-        let advice = "check units, signs and the channel map: `roadbench map LOG --map MAP`";
-        let reason = Reason::new(ReasonCode::Impossible, words).with_advice(advice);
-        Some((Status::PoorlyDetermined, reason))
+        Some((Status::PoorlyDetermined, Reason::impossible(words)))
     }
 
     fn few_manoeuvres(&self) -> Option<Objection> {
-        let n = self.own.quality.n_clusters;
+        self.fewer(self.own.quality.n_clusters)
+    }
+
+    /// Of a coefficient of the friction curve, which may have none of its own: the manoeuvres of the curve.
+    fn few_manoeuvres_of_curve(&self) -> Option<Objection> {
+        self.fewer(self.curve()?.quality.n_clusters)
+    }
+
+    fn fewer(&self, n: usize) -> Option<Objection> {
         (n < self.config.min_manoeuvres)
             .then(|| self.poor(ReasonCode::FewManoeuvres, format!("only {n} usable manoeuvre(s)")))
     }
 
+    /// The fitted friction curve that a coefficient belongs to.
+    fn curve(&self) -> Option<&Friction> {
+        let axle = self.id.part.axle().filter(|_| is_of_curve(self.id.coefficient))?;
+        self.solution.fits.friction[axle as usize].as_ref()
+    }
+
     /// For a coefficient of the friction curve: whether the slip is known and the curve was ridden.
     fn unknown_curve(&self) -> Option<Objection> {
-        let coefficient = self.id.coefficient;
-        if !is_of_curve(coefficient) {
-            return None;
-        }
-        let k = self.id.part.axle()? as usize;
-        let fit = self.solution.fits.friction[k].as_ref()?;
-        let radius = &self.solution.fits.coasting.radius[k];
+        let fit = self.curve()?;
+        let radius = &self.solution.fits.coasting.radius[self.id.part.axle()? as usize];
         if radius.as_ref().is_none_or(|r| r.quality.n_clusters < self.config.min_manoeuvres) {
             let words = "the rolling radius is not known from this ride, and the slip with it";
             let reason = Reason::new(ReasonCode::UnknownRadius, words);
@@ -164,8 +182,8 @@ impl Case<'_> {
         let deepest = deepest.min(-fit.slip_range[0]).max(0.0);
         let peak = fit.formula.peak_slip();
         let reached = peak.is_some_and(|p| deepest / (1.0 - deepest) > REACHED * p);
-        (!reached && coefficient != C::MfB).then(|| {
-            let words = format!("braked to a slip of {deepest:.3} only, short of the peak");
+        (!reached && self.id.coefficient != C::MfB).then(|| {
+            let words = format!("braked to a slip ratio of {deepest:.3} only, short of the peak");
             self.poor(ReasonCode::PeakNotReached, words)
         })
     }
@@ -175,15 +193,8 @@ impl Case<'_> {
             return Some(self.poor(ReasonCode::Unbounded, "the ride does not bound it"));
         };
         let wide = 0.5 * (high - low) > self.config.max_relative_interval * self.scale();
-        wide.then(|| {
-            // as people read it
-            let [low, high] = match self.id.coefficient {
-                C::PeakSlip => [low, high].map(slip_ratio),
-                _ => [low, high],
-            };
-            let words = format!("the interval is wide, {low:.3} to {high:.3}");
-            self.poor(ReasonCode::WideInterval, words)
-        })
+        let reason = || Reason::wide_interval(low, high).with_advice(self.remedy());
+        wide.then(|| (Status::PoorlyDetermined, reason()))
     }
 
     /// What the width of the interval is judged by, in the coefficient's unit. Curvature and slip over

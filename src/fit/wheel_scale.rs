@@ -31,6 +31,7 @@ pub(super) fn widen_by_share(row: &mut Coefficient, share: f64) {
     row.std_error = row.std_error.map(|sd| sd.hypot(by));
     row.ci95_low = row.ci95_low.map(|low| value - half(low));
     row.ci95_high = row.ci95_high.map(|high| value + half(high));
+    row.explain_ends();
 }
 
 #[cfg(test)]

@@ -40,6 +40,7 @@ pub(crate) fn coefficient(row: &mut Coefficient) {
     row.ci95_low = row.ci95_low.map(end).filter(|x| x.is_finite());
     row.ci95_high = row.ci95_high.map(end).filter(|x| x.is_finite());
     row.symbol = "kappa_max".to_owned();
+    row.explain_ends();
 }
 
 /// A row of `fleet`.
@@ -84,6 +85,7 @@ pub(crate) fn pooled(row: &mut PooledRow) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contract::reason::Reason;
 
     #[test]
     fn the_peaks_slip_is_read_as_a_slip_ratio_and_nothing_else_changes() {
@@ -105,5 +107,21 @@ mod tests {
         let mut other = row(C::MfD);
         coefficient(&mut other);
         near(other.value, 0.346);
+    }
+
+    #[test]
+    fn a_wide_interval_has_the_ends_of_the_row_in_the_table_and_on_pages() {
+        let mut row = Coefficient {
+            coefficient: C::PeakSlip.name().into(),
+            value: Some(0.346),
+            ci95_low: Some(0.25),
+            ci95_high: Some(1.0),
+            ..Coefficient::default()
+        };
+        row.explain(Some(Reason::wide_interval(0.25, 1.0).with_advice("brake")));
+        assert_eq!(row.reason.as_deref(), Some("the interval is wide, 0.250 to 1.000"));
+        coefficient(&mut row);
+        assert_eq!(row.reason.as_deref(), Some("the interval is wide, 0.200 to 0.500"));
+        assert_eq!(row.advice.as_deref(), Some("brake"));
     }
 }

@@ -1,7 +1,8 @@
 //! Labels: the contract's names as people read them.
 
 use crate::contract::coefficient::{Coefficient, Id, Part};
-use crate::store::tables::rows::Status;
+use crate::contract::reason::ReasonCode as Code;
+use crate::store::tables::rows::{Coefficient as Row, Status};
 
 /// Where the coefficient stands in reading order: front, rear, vehicle; names unknown to the
 /// contract come last, by name.
@@ -61,7 +62,7 @@ pub(crate) fn verdict(statuses: impl Iterator<Item = Status>) -> String {
         format!("{ok} of {all} coefficients determined")
     };
     for (count, what) in [
-        (assumed, "assumed from the bike file"),
+        (assumed, "assumed"),
         (bound, "bounded from below"),
         (poor, "poorly determined"),
         (none, "not available"),
@@ -73,16 +74,41 @@ pub(crate) fn verdict(statuses: impl Iterator<Item = Status>) -> String {
     text
 }
 
+/// Where the value of a row with status `assumed` is from, by its reason.
+pub(crate) fn assumed(row: &Row) -> &'static str {
+    let is_it = |code: &&Code| row.reason_code.as_deref() == Some(code.name());
+    match Code::ALL.iter().find(is_it) {
+        Some(Code::BikeFile) => "bike file",
+        Some(Code::BikeFileDefault) => "usual value",
+        Some(Code::BikeFileNarrowed) => "bike file or usual value, drawn to the ride",
+        Some(Code::Rule) => "rule",
+        Some(Code::OneSided) => "wheel not both braked and driven",
+        _ => "not from this ride",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_assumed_says_from_what() {
+        let of = |code: Option<&str>| {
+            assumed(&Row { reason_code: code.map(str::to_owned), ..Row::default() })
+        };
+        assert_eq!(of(Some("bike_file")), "bike file");
+        for code in ["bike_file_default", "bike_file_narrowed", "rule", "one_sided"] {
+            assert!(!["bike file", of(None)].contains(&of(Some(code))), "{code}");
+        }
+        assert_eq!([of(None), of(Some("of a later version"))], ["not from this ride"; 2]);
+    }
 
     #[test]
     fn verdict_counts_every_status_once() {
         let all = [Status::Ok, Status::Ok, Status::Assumed, Status::NotAvailable];
         assert_eq!(
             verdict(all.into_iter()),
-            "2 of 4 coefficients determined; 1 assumed from the bike file; 1 not available"
+            "2 of 4 coefficients determined; 1 assumed; 1 not available"
         );
         assert_eq!(verdict(std::iter::empty()), "0 of 0 coefficients determined");
     }

@@ -39,6 +39,11 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// A number with four significant digits.
+pub(crate) fn short(value: f64) -> String {
+    fixed(value, decimals_of(value, None))
+}
+
 /// A number's text with the typographic minus (U+2212), for pages.
 pub(crate) fn typeset(text: &str) -> String {
     text.replace('-', "\u{2212}")

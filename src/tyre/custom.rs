@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::magic_formula::MagicFormula;
 use super::paper::{Input, Output, Stiffness, Tyre, slip_stiffness_under};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel, USUAL_SHARE};
-use crate::contract::bike::{USUAL_SLIP_STIFFNESS_LOAD, WheelData};
+use crate::contract::bike::{USUAL_SLIP_LAG, USUAL_SLIP_STIFFNESS_LOAD, WheelData};
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::key_error::KeyError;
 
@@ -49,7 +49,7 @@ fn share() -> f64 {
 }
 
 impl Custom {
-    /// A characterised tyre with the usual damping and longitudinal lag.
+    /// A tyre with the usual damping and a longitudinal lag of published tyres: what simulated ones have without the key.
     pub fn new(tyre: Tyre, nominal_load: f64) -> Self {
         Custom {
             nominal_load,
@@ -113,7 +113,13 @@ impl Custom {
         };
         let gain = value(C::SlipStiffnessLoad).or(wheel.slip_stiffness_load);
         let slip_stiffness_load = gain.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD);
-        Ok(Custom { slip_stiffness_load, ..Custom::new(tyre, load) })
+        Ok(Custom {
+            slip_stiffness_load,
+            // as the fits take them: the bike file's, or the usual ones of its schema
+            longitudinal_relaxation: wheel.longitudinal_relaxation.unwrap_or(USUAL_SLIP_LAG),
+            deflection_share: wheel.deflection_share.unwrap_or(USUAL_SHARE),
+            ..Custom::new(tyre, load)
+        })
     }
 
     fn deflection(&self) -> f64 {

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::contract::channel::Channel::{self, *};
 use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part, shows_coasting};
 use roadbench::internals::contract::reason::ReasonCode;
@@ -20,7 +21,7 @@ use roadbench::internals::store::tables::rows::Status;
 const RESISTANCE: [C; 2] = [C::Drag, C::RollingResistance];
 
 /// The channels of a session that are in a set.
-fn only(whole: &Session, set: &[Channel]) -> Session {
+pub(crate) fn only(whole: &Session, set: &[Channel]) -> Session {
     let mut out = whole.clone();
     for channel in whole.channels().collect::<Vec<_>>() {
         if !set.contains(&channel) {
@@ -30,7 +31,7 @@ fn only(whole: &Session, set: &[Channel]) -> Session {
     out
 }
 
-fn ride(number: usize) -> (Machine, Session, Vec<(Id, f64)>) {
+pub(crate) fn ride(number: usize) -> (Machine, Session, Vec<(Id, f64)>) {
     let scenario = Scenario::builtin("archive").expect("scenario");
     let machine = scenario.machine(number);
     let ride = session(&scenario, &machine, number);
@@ -38,8 +39,8 @@ fn ride(number: usize) -> (Machine, Session, Vec<(Id, f64)>) {
     (machine, ride.session, known)
 }
 
-/// Drag and rolling resistance with their 95 % intervals, where `run` calls them determined.
-fn resistance(machine: &Machine, session: &Session) -> [Option<[f64; 3]>; 2] {
+/// A session as `run` characterises its log.
+pub(crate) fn characterised(bike: &Bike, session: &Session) -> pipeline::Outcome {
     let folder = tempfile::tempdir().expect("folder");
     let log = folder.path().join("ride.parquet");
     write_session(&log, session, false).expect("written");
@@ -50,8 +51,12 @@ fn resistance(machine: &Machine, session: &Session) -> [Option<[f64; 3]>; 2] {
         pipeline_hash: String::new(),
         signals: false,
     };
-    let rows =
-        pipeline::run(&input, &machine.bike, &Pipeline::onroad()).expect("a ride").coefficients;
+    pipeline::run(&input, bike, &Pipeline::onroad()).expect("a ride")
+}
+
+/// Drag and rolling resistance with their 95 % intervals, where `run` calls them determined.
+fn resistance(machine: &Machine, session: &Session) -> [Option<[f64; 3]>; 2] {
+    let rows = characterised(&machine.bike, session).coefficients;
     RESISTANCE.map(|c| {
         let row = rows.iter().find(|r| r.coefficient == c.name()).expect("a row");
         if !shows_coasting(session) {

@@ -436,6 +436,28 @@ fn a_ride_that_can_show_nothing_is_not_called_right() {
     assert_eq!(outcome(&[]), Outcome::Unjudged);
 }
 
+/// The page said that nothing was wrong, and beneath that a score that no fault-free simulation reached.
+#[test]
+fn a_score_of_a_cause_that_is_refused_is_not_called_right_and_says_why() {
+    use roadbench::internals::report::diagnosis::outcome::{Outcome, outcome};
+    let mut causes = rest();
+    let why = "beyond what fault-free simulations show, but the joint fit gains too little";
+    let late = cause("latency", "not_needed", (0.0202, 0.01), "s", 2.3);
+    causes.push(CauseRow { reason: why.into(), ..late.clone() });
+    // not enough for a cause
+    let quiet = CauseRow { score: 1.3, ..late };
+    assert_eq!(outcome(&[rest(), vec![quiet]].concat()), Outcome::Null);
+    assert_eq!(outcome(&causes), Outcome::Refused);
+    let build = roadbench::internals::report::diagnosis::page::build;
+    let page = build(&ident("refused"), &causes, &[], &[]);
+    assert!(!page.answer.starts_with("Yes") && !page.verdict.contains("Nothing is wrong"));
+    let said = format!("latency: the velocity comes late, 20.2 ms, score 2.3; {why}.");
+    assert_eq!(page.remarks, [said]);
+    let summary = roadbench::internals::diagnose::summary::session;
+    let text = summary(&ident("refused"), &causes, &[], &[], [2.3, 1.75]);
+    assert!(text.ends_with(page.remarks[0].trim_end_matches('.')), "{text}");
+}
+
 #[test]
 fn what_no_candidate_explains_is_not_listed_as_a_candidate() {
     let ride = unexplained();

@@ -371,3 +371,116 @@ fn coefficients_given_as_a_tyre_say_which_format_is() {
         "{said}"
     );
 }
+
+/// A session ridden with numbers of the front tyre in the bike file that no ride gives; `more` are lines of `[front]`.
+fn ridden_on(more: &str) -> (tempfile::TempDir, String, String) {
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (out, bikes) = (at("out"), at("bikes"));
+    let own = std::fs::read_to_string(here(BIKES).join("archive_01.toml")).expect("bike");
+    std::fs::create_dir(&bikes).expect("folder");
+    let bike = own.replace("[front]\n", &format!("[front]\n{more}"));
+    std::fs::write(Path::new(&bikes).join("archive_01.toml"), bike).expect("bike");
+    roadbench(&["run", LOG, "--bikes", &bikes, "--out", &out, "--progress", "never"]);
+    (folder, out, bikes)
+}
+
+/// One number is one number: what the fits took from the bike file, or in its place, is in every export, with where it
+/// is from.
+#[test]
+fn what_no_ride_gives_is_the_same_number_in_every_export() {
+    let given = "longitudinal_relaxation = 0.2\ndeflection_share = 0.45\n";
+    for (more, lag, share, from) in
+        [(given, 0.2, 0.45, "bike file"), ("", 0.07, 1.0 / 3.0, "usual value")]
+    {
+        let (_folder, out, bikes) = ridden_on(more);
+        let export = |format: &str, more: &[&str]| {
+            let base = ["export", &out, "--session", SESSION, "--bikes", &bikes, "--tyre", "front"];
+            roadbench(&[&base[..], &["--format", format], more].concat())
+        };
+        let rows: Vec<TyreParameters> = read::rows(Path::new(&out)).expect("rows");
+        assert_eq!((rows[0].longitudinal_relaxation, rows[0].deflection_share), (lag, share));
+        let tyre = parameters::tyre(&rows[0]);
+        assert_eq!((tyre.longitudinal_relaxation, tyre.deflection_share), (lag, share));
+        let text = export("simulator", &[]);
+        let table: toml::Table = text.parse().expect("a tyre");
+        assert_eq!(table["longitudinal_relaxation"].as_float(), Some(lag), "{text}");
+        assert_eq!(table["deflection_share"].as_float(), Some(share), "{text}");
+        for key in ["longitudinal_relaxation", "deflection_share"] {
+            let line = text.lines().find(|l| l.starts_with('#') && l.contains(key)).expect(key);
+            assert!(line.contains(&format!("(assumed: {from})")), "{line}");
+        }
+        let header = export("c", &[]);
+        assert!(header.contains(&format!(".deflection_share = {share:?},")), "{header}");
+        assert!(header.contains(&format!("(assumed: {from})")), "{header}");
+        for (set, key) in [
+            ("5.2", "PTX1 "),
+            ("5.2", "LAG_X "),
+            ("6.2", "LONGITUDINAL_STIFFNESS "),
+            ("reduced", "LONGITUDINAL_STIFFNESS "),
+        ] {
+            let tir = export("tir", &["--set", set]);
+            let line = tir.lines().find(|l| l.starts_with(key)).expect(key);
+            assert!(line.contains(&format!("assumed: {from}")), "{set}: {line}");
+        }
+        let tir = export("tir", &[]);
+        assert!(tir.contains(&format!("LAG_X                = {lag:?} ")), "{tir}");
+    }
+}
+
+/// `assumed` says from what: a rule is no bike file.
+#[test]
+fn what_is_assumed_says_what_it_is_from() {
+    let (_folder, out) = ridden();
+    let base = ["export", &out, "--session", SESSION, "--bikes", BIKES, "--tyre", "front"];
+    let tir = roadbench(&[&base[..], &["--format", "tir"]].concat());
+    for says in [
+        "mf_e2 assumed: wheel not both braked and driven",
+        "side_force_ratio assumed: bike file",
+        "m (assumed: rule)",
+        "slip_stiffness_load assumed: usual value",
+    ] {
+        assert!(tir.contains(says), "{says}: {tir}");
+    }
+    let toml = roadbench(&[&base[..], &["--format", "toml"]].concat());
+    assert!(!toml.contains("from the bike file;"), "{toml}");
+}
+
+/// The slip over camber of an exported tyre is not that of the table: every file says from what to what, and how far
+/// the side force is from the fitted one.
+#[test]
+fn an_export_says_that_its_slip_over_camber_is_adjusted_and_what_that_costs() {
+    let (_folder, out) = ridden();
+    let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
+    let value = |c: C| fitted.value(Axle::Front, c).expect("value").0;
+    let (c1, c3) = (value(C::SlipCamberC1), value(C::SlipCamberC3));
+    let base = ["export", &out, "--session", SESSION, "--bikes", BIKES, "--tyre", "front"];
+    let export = |more: &[&str]| roadbench(&[&base[..], more].concat());
+    let says = format!("adjusted, from {c1:.5} and {c3:.5} (fitted, eq. 37) to ");
+    let mut texts = vec![];
+    for set in ["5.2", "6.2", "reduced"] {
+        texts.push(export(&["--format", "tir", "--set", set]));
+    }
+    texts.extend(["csv", "c", "tydex", "simulator"].map(|format| export(&["--format", format])));
+    for text in &texts {
+        assert!(text.contains(&says) && text.contains("its side force is "), "{says}: {text}");
+    }
+    assert!(export(&["--format", "toml"]).contains("are as fitted (eq. 37)"));
+
+    // what is said is what the exported tyre does at the fitted slip angles
+    let tyre: toml::Table = texts[6].parse().expect("a tyre");
+    assert_ne!(tyre["tyre"]["stiffness"]["c1"].as_float(), Some(c1));
+    let bike = Bike::read(&here(BIKES).join("archive_01.toml")).expect("bike");
+    let setting = Setting { bike: Some(&bike), ..Setting::default() };
+    let c = Characterised::new(&fitted, Axle::Front, &setting).expect("tyre");
+    let [least, most] = c.adjusted.expect("adjusted").side_force;
+    let [low, high] = c.ranges.camber.expect("ridden");
+    assert!(high < 0.0, "left-hand corners only");
+    for (camber, share) in [(high, least), (low, most)] {
+        let slip_angle = c1 * camber + c3 * camber.powi(3);
+        let force = c.free_forces(&c.input(0.0, slip_angle, camber, 1000.0)).force_y / 1000.0;
+        let off = force / (value(C::LateralFrictionCt) * camber.tan()) - 1.0;
+        assert!((off - share).abs() < 1e-9, "{camber}: {off} {share}");
+    }
+    assert!(least < -0.03 && most > 0.03, "{least} {most}");
+}

@@ -54,7 +54,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
         session.meta.start_time = Some(format!("2026-05-0{night}T10:00:00Z"));
         let found =
             diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed");
-        let member = Member { ident: found.ident, site: found.site, sound: true };
+        let member = Member { ident: found.ident, site: found.circumstances.site, sound: true };
         pooling.add(member, &found.causes);
     }
     let rows = pooling.rows();

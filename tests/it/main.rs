@@ -60,6 +60,7 @@ mod polish;
 mod printed;
 mod racing;
 mod racing_files;
+mod reasons;
 mod recordings;
 mod recovery;
 mod reduced;

@@ -136,6 +136,7 @@ fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
                         Some("needs braking and driving; this tyre was only braked".into())
                     }
                 },
+                reason_code: (status == Status::Assumed).then(|| "bike_file".into()),
                 provenance: provenance(),
                 ..Coefficient::default()
             });
@@ -379,8 +380,7 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
     let html = std::fs::read_to_string(report.join("2024-05-03_lap-1.html")).expect("page");
     // 18 of each tyre and 2 of the vehicle, as generated
     assert!(html.contains(
-        "27 of 38 coefficients determined; 8 assumed from the bike file; 1 poorly determined; \
-         2 not available."
+        "27 of 38 coefficients determined; 8 assumed; 1 poorly determined; 2 not available."
     ));
     for plot in &catalogue::FITS {
         assert!(html.contains(plot.title), "{}", plot.title);

@@ -1,5 +1,8 @@
 //! Outputs that are not as they were written ([`roadbench::internals::batch::store::verify`]).
 
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
 use roadbench::internals::batch::jobs::run;
 use roadbench::internals::batch::store::folder::Store;
 use roadbench::internals::batch::store::kind;
@@ -150,4 +153,68 @@ fn a_run_notices_a_table_that_is_not_as_it_was_written() {
     assert_eq!(place.run().unchanged, 5);
     whole_run(&place);
     assert_eq!(found(&place), []);
+}
+
+/// Two rides of a motorcycle, as the program writes them.
+fn two_rides(folder: &Path) -> PathBuf {
+    let out = folder.join("out");
+    let day = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive");
+    let logs = day.join("sessions/bike=archive_01/date=2026-05-01");
+    let mut command = Command::cargo_bin("roadbench").expect("built");
+    command.arg("run").arg(logs).arg("--bikes").arg(day.join("bikes"));
+    command.arg("--out").arg(&out).args(["--progress", "never"]).assert().success();
+    out
+}
+
+/// What a command says, and its exit code.
+fn said(arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::cargo_bin("roadbench").expect("built");
+    let output = command.args(arguments).output().expect("ran");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// No number of a damaged table goes to a person or a file: who reads it refuses, with the file and what to do, and the
+/// report, which is made of the rest, says so by its exit code.
+#[test]
+fn no_command_gives_numbers_of_a_damaged_table() {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = two_rides(folder.path());
+    let text = out.to_string_lossy().into_owned();
+    let id = "archive_s0001";
+    let export = ["export", &text, "--session", id, "--format", "toml"];
+    let compare = ["compare", &text, id, "archive_s0002"];
+    let open = ["report", &text, "--open", id, "--no-browser"];
+    let report = ["report", &text];
+    let readers: [(&[&str], &[&str]); 4] = [
+        (&export, &["sessions", "coefficients", "manoeuvres", "plots"]),
+        (&compare, &["sessions", "coefficients", "evidence", "plots"]),
+        (&open, &["sessions", "coefficients", "tyre_parameters", "plots"]),
+        (&report, &["sessions", "coefficients", "tyre_parameters", "plots"]),
+    ];
+    for (command, tables) in readers {
+        assert_eq!(said(command).0, Some(0), "{command:?}");
+        for table in tables {
+            let file = format!("{table}/bike=archive_01/2026-05.parquet");
+            let whole = std::fs::read(out.join(&file)).expect(&file);
+            let mut damaged = whole.clone();
+            damaged[whole.len() / 2] ^= 1;
+            std::fs::write(out.join(&file), damaged).expect("written");
+            let (code, says) = said(command);
+            assert_eq!(code, Some(3), "{command:?} {file}: {says}");
+            assert!(says.contains(&file) && says.contains("roadbench verify"), "{says}");
+            std::fs::remove_file(out.join(&file)).expect("removed");
+            assert_eq!(said(command).0, Some(3), "{command:?} without {file}");
+            std::fs::write(out.join(&file), whole).expect("written");
+        }
+        assert_eq!(said(command).0, Some(0), "{command:?}");
+    }
+    // the tables over all sessions are the report's alone
+    let fleet = out.join("fleet/fleet.parquet");
+    let mut bytes = std::fs::read(&fleet).expect("a table");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&fleet, bytes).expect("written");
+    assert_eq!([&export[..], &compare].map(|command| said(command).0), [Some(0); 2]);
+    let (code, says) = said(&report);
+    assert!(code == Some(3) && says.contains("fleet/fleet.parquet"), "{says}");
 }

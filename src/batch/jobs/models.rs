@@ -6,6 +6,8 @@ use rayon::prelude::*;
 use walkdir::WalkDir;
 
 use crate::batch::error::Error;
+use crate::batch::store::intact;
+use crate::batch::store::manifest;
 use crate::batch::store::reading::Reading;
 use crate::contract::file_error::FileError;
 use crate::simulate::effects::extended_model::ExtendedModel;
@@ -32,8 +34,18 @@ pub fn read(at: &Location) -> Result<Models, Error> {
     if at.is_folder().map_err(fail)? {
         return of_folder(at);
     }
+    intact_file(at)?;
     let text = text(at).map_err(|e| Error::Usage(format!("--model {e}")))?;
     ExtendedModel::parse(&text, &at.to_string()).map(Models::of_one).map_err(usage)
+}
+
+/// Makes sure that a model of an output, `<out>/models/bike=<id>/<session>.toml`, is as it was written.
+fn intact_file(at: &Location) -> Result<(), Error> {
+    let at = at.absolute();
+    let Some(root) = at.as_path().and_then(|path| path.ancestors().nth(3)) else { return Ok(()) };
+    let root = Location::from(root);
+    let own = manifest::below(&root, &at);
+    intact::require(&root, |path| own.as_deref() == Some(path))
 }
 
 /// Of the output of a diagnosis or its folder of models.
@@ -45,7 +57,11 @@ fn of_folder(given: &Location) -> Result<Models, Error> {
         false => path,
     });
     let _reading = out.map(Reading::of).transpose()?;
-    let folder = if below.is_folder().map_err(fail)? { below } else { given.clone() };
+    let is_output = below.is_folder().map_err(fail)?;
+    if let Some(root) = out.map(Location::from).or_else(|| is_output.then(|| given.clone())) {
+        intact::require(&root, |path| manifest::is_below(path, FOLDER))?;
+    }
+    let folder = if is_output { below } else { given.clone() };
     let names = names(&folder).map_err(fail)?;
     let of_sessions: Vec<&String> = names.iter().filter(|name| is_model(name)).collect();
     let has_shared = names.iter().any(|name| name == pooled_effects::FILE);
@@ -109,4 +125,26 @@ fn text(at: &Location) -> Result<String, Error> {
 
 fn usage(e: FileError) -> Error {
     Error::Usage(e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::store::manifest::{Manifest, checksum};
+
+    #[test]
+    fn a_model_that_is_not_as_it_was_written_is_refused_however_it_is_given() {
+        let folder = tempfile::tempdir().expect("folder");
+        let out = Location::from(folder.path());
+        let file = "models/bike=b1/s.toml";
+        out.join(file).write(b"friction_load = 0.19").expect("written");
+        let mut list = Manifest::empty();
+        list.put(file.to_owned(), checksum(b"friction_load = 0.12"));
+        list.write(&out).expect("listed");
+        for given in [out.clone(), out.join(FOLDER), out.join(file)] {
+            let error = read(&given).map(drop).expect_err("damaged");
+            assert!(matches!(error, Error::Output(_)), "{given}: {error}");
+            assert!(error.to_string().contains(file), "{given}: {error}");
+        }
+    }
 }

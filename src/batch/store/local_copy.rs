@@ -4,7 +4,7 @@
 //! What is made over all sessions (fleet, report) reads whole folders of tables. Of an object store
 //! they are fetched into a temporary folder (`TMPDIR` says where), which takes as much disk as the
 //! tables do, but no more memory than a few of them. Where a table is damaged it is left out, and of a folder the others
-//! are linked into a temporary one.
+//! are linked into a temporary one: [`LocalCopy::left_out`] says which are missing.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -14,6 +14,7 @@ use tempfile::TempDir;
 
 use bytes::Bytes;
 
+use super::intact;
 use super::kind::{self, DIAGNOSE, RUN};
 use super::manifest::{self, Manifest};
 use super::mark;
@@ -78,17 +79,24 @@ fn no_room(at: &Path, e: &std::io::Error) -> Error {
 pub struct LocalCopy {
     folder: PathBuf,
     origin: Option<(Location, Temporary)>,
+    left_out: BTreeSet<String>,
+}
+
+/// Whether a path below the output is of the tables over all sessions, which a batch makes again at its end.
+fn is_derived(path: &str) -> bool {
+    let mut derived = [&RUN, &DIAGNOSE].into_iter().flat_map(|kind| kind.derived());
+    derived.any(|folder| manifest::is_below(path, folder))
 }
 
 impl LocalCopy {
-    /// Of an output.
+    /// Of an output whose tables over all sessions are made again.
     ///
     /// # Errors
     /// A table cannot be fetched, or the temporary folder not be written.
     pub fn of(out: &Location) -> Result<LocalCopy, Error> {
         let fail = |e: std::io::Error| Error::Output(e.to_string());
         let url = match out {
-            Location::Local(path) => return Self::of_folder(path),
+            Location::Local(path) => return Self::of_folder(path, |path| !is_derived(path)),
             Location::Remote(url) => url,
         };
         let list = Manifest::read(out);
@@ -98,6 +106,7 @@ impl LocalCopy {
         // an output, if it has nothing in it any more
         let sessions = folder.join(registry::SESSIONS.name);
         std::fs::create_dir_all(&sessions).map_err(|e| no_room(&sessions, &e))?;
+        let mut damaged = BTreeSet::new();
         for name in registry::read_by_reports() {
             let prefix = url.join(name);
             let entries = client::list(&prefix).map_err(fail)?;
@@ -112,6 +121,7 @@ impl LocalCopy {
                     };
                     if !is_as_listed(&bytes) {
                         left_out(out, &at);
+                        damaged.insert(at);
                         continue;
                     }
                     let parent = path.parent().unwrap_or(&folder);
@@ -121,24 +131,28 @@ impl LocalCopy {
                 }
             }
         }
-        Ok(LocalCopy { folder, origin: Some((out.clone(), copy)) })
+        Ok(LocalCopy { folder, origin: Some((out.clone(), copy)), left_out: damaged })
     }
 
-    /// Of a folder: itself, or where tables of it are damaged links to all others.
-    fn of_folder(out: &Path) -> Result<LocalCopy, Error> {
+    /// Of a folder of which no table is made again: what is damaged of those over all sessions is left out, too.
+    ///
+    /// # Errors
+    /// As [`LocalCopy::of`].
+    pub(crate) fn of_whole_folder(out: &Path) -> Result<LocalCopy, Error> {
+        Self::of_folder(out, |_| true)
+    }
+
+    /// Of a folder: itself, or where tables of it are damaged links to all others; `wanted` says which are looked at.
+    fn of_folder(out: &Path, wanted: fn(&str) -> bool) -> Result<LocalCopy, Error> {
         let root = Location::from(out);
         let folders: Vec<&str> = registry::read_by_reports().collect();
-        let derived: Vec<&str> = [&RUN, &DIAGNOSE].iter().flat_map(|kind| kind.derived()).collect();
-        let is_of_sessions = |path: &str| {
-            folders.iter().any(|f| manifest::is_below(path, f))
-                && !derived.iter().any(|f| manifest::is_below(path, f))
-        };
-        let mut damaged = Manifest::read(&root).damaged(&root, is_of_sessions);
-        damaged.retain(|path| out.join(path).exists());
-        if damaged.is_empty() {
-            return Ok(LocalCopy { folder: out.to_owned(), origin: None });
-        }
+        let is_read =
+            |path: &str| wanted(path) && folders.iter().any(|f| manifest::is_below(path, f));
+        let damaged = Manifest::read(&root).damaged(&root, is_read);
         damaged.iter().for_each(|path| left_out(&root, path));
+        if !damaged.iter().any(|path| out.join(path).exists()) {
+            return Ok(LocalCopy { folder: out.to_owned(), origin: None, left_out: damaged });
+        }
         let fail = |e: std::io::Error| Error::Output(format!("{root}/.roadbench: {e}"));
         let copy = Temporary::new(&out.join(".roadbench")).map_err(fail)?;
         let folder = copy.folder.path().to_owned();
@@ -160,12 +174,17 @@ impl LocalCopy {
                 std::fs::copy(&from, &to).map_err(fail)?;
             }
         }
-        Ok(LocalCopy { folder, origin: Some((root, copy)) })
+        Ok(LocalCopy { folder, origin: Some((root, copy)), left_out: damaged })
     }
 
     /// Whether the tables are not worked on in their own place.
     pub fn is_copy(&self) -> bool {
         self.origin.is_some()
+    }
+
+    /// What an error says of tables that are missing or not as they were written; nothing where all are.
+    pub(crate) fn left_out(&self, out: &Location) -> Option<String> {
+        intact::says(out, &self.left_out)
     }
 
     /// The folder.
@@ -207,7 +226,8 @@ impl LocalCopy {
 /// Says that a table is passed by.
 fn left_out(out: &Location, path: &str) {
     tracing::error!(
-        "{path} is not as it was written: fleet and report are made without its sessions; see `roadbench verify {out}`"
+        "{path} is missing or not as it was written: what is made of the tables is made without it; see \
+         `roadbench verify {out}`"
     );
 }
 

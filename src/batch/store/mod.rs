@@ -27,6 +27,7 @@
 //! | [`settle`] | from switched to behind |
 //! | [`reading`] | the reader's side |
 //! | [`manifest`] | checksums of what is in place |
+//! | [`intact`] | numbers of a table that is not as it was written go to nobody |
 //! | [`contents`], [`marker`], [`parts`], [`kind`] | which sessions are there, and in which files |
 //! | [`forget`], [`mod@verify`], [`mod@migrate`], [`empty`], [`local_copy`] | commands and helpers on top |
 
@@ -34,6 +35,7 @@ pub(crate) mod contents;
 pub(crate) mod empty;
 pub(crate) mod folder;
 pub(crate) mod forget;
+pub(crate) mod intact;
 pub(crate) mod kind;
 pub(crate) mod local_copy;
 pub(crate) mod lock;

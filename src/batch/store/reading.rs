@@ -4,6 +4,7 @@ use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use super::intact;
 use super::lock::Lock;
 use super::mark;
 use super::settle;
@@ -54,6 +55,15 @@ impl Reading {
                 }
             }
         }
+    }
+    /// As [`Reading::of`], and what some tables say of the sessions of a name is as it was written.
+    ///
+    /// # Errors
+    /// As [`Reading::of`]; a file that is missing or has other bytes, and what to do.
+    pub fn of_session(out: &Path, tables: &[&str], session: &str) -> Result<Self, Error> {
+        let reading = Self::of(out)?;
+        intact::require_session(out, tables, session)?;
+        Ok(reading)
     }
 }
 

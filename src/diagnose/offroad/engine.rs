@@ -11,9 +11,9 @@ use super::residuals::{CHANNELS, Residuals};
 use crate::contract::verdict::Verdict;
 use crate::contract::warning::Warning;
 use crate::diagnose::calibration::{Calibration, Rms};
-use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged, Naming};
+use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged, Naming, Refusal, Refusals};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, Joint, NamingRules, Refit, Unexplained, in_cells,
 };
 use crate::diagnose::tables::rms_of;
 use crate::diagnose::tuning::OffroadTuning;
@@ -105,24 +105,33 @@ impl OffroadEngine<'_> {
         Some(Estimate { value, std_error, logarithmic })
     }
 
-    /// Whether a candidate could be a cause but for the bounds of its number.
-    fn is_relevant(&self, tried: &Tried, score: f64, named: &[Cause]) -> bool {
+    /// Why a candidate could not be a cause whatever the bounds of its number; `None` of one that could.
+    fn irrelevant(&self, tried: &Tried, score: f64, named: &[Cause]) -> Option<Refusal> {
         let Tried { place, gain, fit } = tried;
         let tuning = &self.tuning;
         let least = named.first().map_or(tuning.gain, |first| {
             tuning.further_gain.max(tuning.further_share * first.gain)
         });
-        let is_large = fit.values[*place].is_some_and(|v| match self.problem.curves[*place] {
+        let size = fit.values[*place].unwrap_or(f64::NAN);
+        let small = match self.problem.curves[*place] {
             // less than the file is usually known to
-            Curve::Line(_) => v.abs() > tuning.small * ALL[*place].candidate.typical,
+            Curve::Line(_) if size.abs() > tuning.small * ALL[*place].candidate.typical => None,
+            Curve::Line(_) => Some(Refusal::Small(size)),
             // at an end of the frequencies there is only noise to smooth
-            Curve::Nodes { .. } => is_inside(*place, v),
-        });
+            Curve::Nodes { .. } if is_inside(*place, size) => None,
+            Curve::Nodes { .. } => Some(Refusal::Implausible(size)),
+        };
         // of one family one alone is named: together they would only share out what is seen
         let family = ALL[*place].family;
         let related =
             family.is_some() && named.iter().any(|c| ALL[c.candidate.place].family == family);
-        score > tuning.alarm && *gain > least && is_large && !related
+        let loud = score > tuning.alarm;
+        let enough = *gain > least;
+        (!loud)
+            .then_some(Refusal::NoAlarm(tuning.alarm))
+            .or((!enough).then_some(Refusal::LittleGain { gain: *gain, needed: least }))
+            .or(small)
+            .or(related.then_some(Refusal::Related))
     }
 
     /// Whether a candidate of usual size would be beyond the null simulations, and its number known to
@@ -196,26 +205,27 @@ impl Engine for OffroadEngine<'_> {
         stage.tried.iter().map(judged).collect()
     }
 
-    fn refits(&self, stage: &Stage, judged: &[Judged], named: &[Cause]) -> Vec<Refit<Fit>> {
-        let mut refits: Vec<Refit<Fit>> = stage
-            .tried
-            .iter()
-            .zip(judged)
-            .filter(|(t, j)| self.is_relevant(t, j.score, named))
-            .filter(|(t, _)| t.fit.values[t.place].is_some_and(|v| is_inside(t.place, v)))
-            .map(|(t, judged)| Refit {
-                judged: judged.clone(),
-                estimate: judged.estimate,
-                gain: t.gain,
-                model: t.fit.clone(),
-            })
-            .collect();
+    fn refits(&self, stage: &Stage, judged: &[Judged], named: &[Cause]) -> Joint<Fit> {
+        let (mut refits, mut refused) = (Vec::new(), Refusals::new());
+        for (t, judged) in stage.tried.iter().zip(judged) {
+            let size = t.fit.values[t.place].unwrap_or(f64::NAN);
+            let beyond = || (!is_inside(t.place, size)).then_some(Refusal::Implausible(size));
+            match self.irrelevant(t, judged.score, named).or_else(beyond) {
+                Some(why) => drop(refused.insert(judged.candidate.name, why)),
+                None => refits.push(Refit {
+                    judged: judged.clone(),
+                    estimate: judged.estimate,
+                    gain: t.gain,
+                    model: t.fit.clone(),
+                }),
+            }
+        }
         refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        refits
+        Joint { refits, refused }
     }
 
     /// A cause has a known number, and is one on jumps and whoops that it was not fitted to as well.
-    fn is_nameable(&self, stage: &Stage, refit: &Refit<Fit>, _: &[Cause]) -> bool {
+    fn refuses(&self, stage: &Stage, refit: &Refit<Fit>, _: &[Cause]) -> Option<Refusal> {
         let (problem, place) = (self.problem, refit.judged.candidate.place);
         let joined = with(&stage.named, place);
         let sigma = problem.std_errors(&refit.model, &joined)[stage.named.len()];
@@ -226,7 +236,11 @@ impl Engine for OffroadEngine<'_> {
         let held_out = |included: &[usize], fit| problem.held_out(self.bare, included, fit);
         let before = || *stage.held_out.get_or_init(|| held_out(&stage.named, &stage.model));
         let least = self.tuning.held_out * refit.gain;
-        is_known && before() - held_out(&joined, &refit.model) > least
+        if !is_known {
+            return Some(Refusal::Vague);
+        }
+        let carries = before() - held_out(&joined, &refit.model) > least;
+        (!carries).then_some(Refusal::NotHeldOut)
     }
 
     fn join(&self, stage: Stage, refit: Refit<Fit>, _: &[Cause]) -> Stage {
@@ -234,7 +248,7 @@ impl Engine for OffroadEngine<'_> {
     }
 
     fn confirm(&self, stage: Stage, judged: Vec<Judged>, mut named: Vec<Cause>) -> Confirmed<Fit> {
-        let too_much = |(t, j): (&Tried, &Judged)| self.is_relevant(t, j.score, &[]);
+        let too_much = |(t, j): (&Tried, &Judged)| self.irrelevant(t, j.score, &[]).is_none();
         let unexplained = named.is_empty() && stage.tried.iter().zip(&judged).any(too_much);
         for cause in &mut named {
             // a rival that was named itself is no equivalent

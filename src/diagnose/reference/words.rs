@@ -63,10 +63,7 @@ pub(crate) fn parameter(name: &str) -> &str {
 /// The unit that a number is read in, with the blank before it, and the factor to it. A share that is no effect's stays one:
 /// per cent of it would be read as relative.
 pub(crate) fn unit(number: &Number) -> (String, f64) {
-    match number.effect {
-        None if number.unit == "1" => (String::new(), 1.0),
-        _ => readable::unit(&number.unit),
-    }
+    readable::unit(number.effect.map_or("", |effect| effect.name), &number.unit)
 }
 
 /// A size with its interval and unit: `2.02 m/s (1.84 to 2.20)`, or `about 0.020` where there is no interval.

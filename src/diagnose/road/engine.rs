@@ -19,9 +19,11 @@ use super::stage::{Memory, Ride, Stage, true_sizes};
 use super::structure::Term;
 use crate::contract::verdict::Verdict;
 use crate::diagnose::calibration::{Calibration, Rms};
-use crate::diagnose::cause::{Cause, Estimate, Judged, Naming, Objection, Structure};
+use crate::diagnose::cause::{
+    Cause, Estimate, Judged, Naming, Objection, Refusal, Refusals, Structure,
+};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, Joint, NamingRules, Refit, Unexplained, in_cells,
 };
 use crate::simulate::effects::Effect;
 use crate::store::tables::rows::DiscrepancyRow;
@@ -138,7 +140,9 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         let out = |c: Cause| if c.verdict.is_cause() { c.rejected(objection) } else { c };
         let mut causes: Vec<Cause> =
             naming.causes.into_iter().map(out).filter(|c| c.objection.is_some()).collect();
-        let mut rest = self.rest(&judged, &causes);
+        let (at_first, alarm) = (naming.refused_at_first, self.ride.tuning.alarm);
+        let rest = self.rest(&judged, &causes).into_iter();
+        let mut rest: Vec<Cause> = rest.map(|c| c.refused(&at_first, alarm)).collect();
         rest.sort_by(|a, b| b.score.total_cmp(&a.score));
         causes.extend(rest);
         Naming {
@@ -147,6 +151,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
             alarm: naming.alarm,
             structure: structure.map(described),
             unexplained: self.objects(structure, &[]),
+            refused_at_first: at_first,
         }
     }
 
@@ -200,24 +205,27 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         stage.judge(&self.ride)
     }
 
-    fn refits(&self, stage: &Stage<'a>, judged: &[Judged], _: &[Cause]) -> Vec<Refit<Base>> {
+    fn refits(&self, stage: &Stage<'a>, judged: &[Judged], _: &[Cause]) -> Joint<Base> {
         let (ride, tuning) = (&self.ride, self.ride.tuning);
         let mut gated: Vec<&Judged> = judged
             .iter()
             .filter(|j| j.score > tuning.alarm || self.is_identifiable(j) && j.relieves)
             .collect();
+        let mut refused: Refusals =
+            gated.iter().map(|j| (j.candidate.name, Refusal::NotFitted)).collect();
         // those that can be named first
         gated.sort_by(|a, b| self.alarms(b).cmp(&self.alarms(a)).then(b.gain.total_cmp(&a.gain)));
         gated.truncate(tuning.refitted);
         let least = tuning.far * gated.first().map_or(0.0, |j| j.gain);
         gated.retain(|j| j.gain > least);
         if gated.is_empty() {
-            return Vec::new();
+            return Joint { refits: Vec::new(), refused };
         }
+        refused.retain(|name, _| gated.iter().all(|j| j.candidate.name != *name));
         let more: Vec<Parameter> = gated.iter().map(|j| ride.parameter(&j.candidate)).collect();
         let (slopes, own) =
             (stage.model.linear_with(ride.samples, &more), stage.model.parameters.len());
-        let mut refits: Vec<Refit<Base>> = gated
+        let sized: Vec<(f64, Refit<Base>)> = gated
             .into_par_iter()
             .enumerate()
             .map(|(k, j)| {
@@ -229,14 +237,19 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
                 let estimate = Some(Estimate::linear(size - j.bias, std_error));
                 (size, Refit { judged: j.clone(), estimate, gain, model: Base::clone(&model) })
             })
-            .filter(|(size, refit)| refit.judged.candidate.in_bounds(*size))
-            .map(|(_, refit)| refit)
             .collect();
+        let (within, beyond): (Vec<_>, Vec<_>) =
+            sized.into_iter().partition(|(size, refit)| refit.judged.candidate.in_bounds(*size));
+        let implausible = |(size, refit): (f64, Refit<Base>)| {
+            (refit.judged.candidate.name, Refusal::Implausible(size))
+        };
+        refused.extend(beyond.into_iter().map(implausible));
+        let mut refits: Vec<Refit<Base>> = within.into_iter().map(|(_, refit)| refit).collect();
         refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        refits
+        Joint { refits, refused }
     }
 
-    fn is_nameable(&self, stage: &Stage<'a>, refit: &Refit<Base>, _: &[Cause]) -> bool {
+    fn refuses(&self, stage: &Stage<'a>, refit: &Refit<Base>, _: &[Cause]) -> Option<Refusal> {
         let tuning = self.ride.tuning;
         let further = stage.model.parameters.len() > BASE.len();
         let least = match refit.judged.score {
@@ -244,7 +257,11 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             _ if further => tuning.further_gain,
             _ => tuning.gain,
         };
-        refit.gain > least && self.alarms(&refit.judged)
+        if !self.alarms(&refit.judged) {
+            return Some(Refusal::NoAlarm(tuning.alarm));
+        }
+        let enough = refit.gain > least;
+        (!enough).then_some(Refusal::LittleGain { gain: refit.gain, needed: least })
     }
 
     fn join(&self, stage: Stage<'a>, refit: Refit<Base>, named: &[Cause]) -> Stage<'a> {

@@ -41,6 +41,8 @@ pub struct Columns {
     pub omega_rate: [Vec<f64>; 2],
     /// Lean, rad.
     pub roll: Vec<f64>,
+    /// Whether it was measured: else it follows from the yaw rate.
+    pub is_roll_measured: bool,
     /// Grade of the road, uphill positive; 0 where nothing shows it.
     pub grade: Vec<f64>,
     /// Lean before that average.
@@ -111,6 +113,7 @@ pub fn columns(session: &Session, config: &Config) -> Option<Columns> {
         omega_rate: [difference(&omega_sharp[0]), difference(&omega_sharp[1])],
         omega_sharp: omega_sharp[0].clone(),
         roll: average(&roll_sharp),
+        is_roll_measured: get(Channel::Roll).is_some(),
         grade: match session.get(Channel::Grade) {
             Some(x) => raw(x).iter().map(|g| if g.is_finite() { *g } else { 0.0 }).collect(),
             None => vec![0.0; grid.len],

@@ -33,6 +33,8 @@ pub struct InGear {
     pub bounds: [Option<f64>; 2],
     /// Whether there were pressures.
     pub pressures: bool,
+    /// Whether the lean was measured.
+    pub is_roll_measured: bool,
 }
 
 /// Fits a ride; `None` where it lacks the channels, is too short, or does not come to rest.
@@ -44,11 +46,11 @@ pub fn run(session: &Session, bike: &Bike, config: &Config) -> Option<InGear> {
     if fitted.clusters < config.min_manoeuvres || !fitted.converged {
         return None;
     }
-    let pressures = columns.pressure[0].is_some();
+    let (pressures, is_roll_measured) = (columns.pressure[0].is_some(), columns.is_roll_measured);
     let front = pressures.then(|| solve::bound(&model, &fitted, 0, false)).flatten();
     let rear = [true, false].into_iter().filter_map(|d| solve::bound(&model, &fitted, 1, d));
     let bounds = [front, rear.max_by(f64::total_cmp)];
-    Some(InGear { prior, fitted, bounds, pressures })
+    Some(InGear { prior, fitted, bounds, pressures, is_roll_measured })
 }
 
 impl InGear {

@@ -51,6 +51,9 @@ pub fn fill(
 ) {
     for row in rows.iter_mut() {
         let Some(id) = Id::from_names(&row.tyre, &row.coefficient) else { continue };
+        if fit.withdraws(row, id, max_relative) {
+            fit.put(row, assumed_shape(id.requirement().riding.remedy));
+        }
         // without coasting the ordinary front radius is that of driving, velocity over wheel speed as
         // they are: latency, growth and load move it by 0.2 to 0.6 %
         let radius = id.coefficient == C::EffectiveRollingRadius;
@@ -119,8 +122,20 @@ impl InGear {
         row.explain(word.reason);
     }
 
+    /// Whether a row is of the ordinary friction curve, which took the bike file's rolling radius, and this fit knows
+    /// the wheel's: the curve's slips are then not those of the ride.
+    fn withdraws(&self, row: &Coefficient, id: Id, max_relative: f64) -> bool {
+        let unknown = row.reason_code.as_deref() == Some(ReasonCode::UnknownRadius.name());
+        let radius = Id { coefficient: C::EffectiveRollingRadius, ..id };
+        unknown && self.word(radius, max_relative).is_some_and(|w| w.status == Status::Ok)
+    }
+
     /// `None` of what this fit says nothing about.
     fn word(&self, id: Id, max_relative: f64) -> Option<Word> {
+        self.found(id, max_relative).map(|word| word.checked(id.coefficient))
+    }
+
+    fn found(&self, id: Id, max_relative: f64) -> Option<Word> {
         let axle = id.part.axle().map(|axle| axle as usize);
         let remedy = id.requirement().riding.remedy;
         let of = |k: usize, error: f64| self.linear(k, error, max_relative, remedy);
@@ -129,7 +144,9 @@ impl InGear {
         };
         Some(match (id.coefficient, axle) {
             (C::EffectiveRollingRadius, Some(k)) => of(R_F + k, MODEL_ERROR_RADIUS[k]),
-            (C::OverturningStiffness, Some(k)) => of(RHO_F + k, MODEL_ERROR_CROWN[k]),
+            (C::OverturningStiffness, Some(k)) if self.is_roll_measured => {
+                of(RHO_F + k, MODEL_ERROR_CROWN[k])
+            }
             (C::Drag, None) => of(DRAG, MODEL_ERROR_DRAG),
             (C::RollingResistance, None) => of(ROLLING, 0.0),
             (C::SlipStiffness, Some(k)) => log(K_F + k, 1.0, MODEL_ERROR_STIFFNESS[k]),
@@ -179,7 +196,10 @@ impl InGear {
     /// The peak: a value only where it was reached and the ride narrows it.
     fn peak(&self, wheel: usize, max_relative: f64, remedy: &str) -> Word {
         let found = self.logarithmic(D_F + wheel, 1.0, 0.0, max_relative, remedy);
-        let Some(bound) = self.bounds[wheel] else { return found.without_value(remedy) };
+        let Some(bound) = self.bounds[wheel] else {
+            let words = "no bound of the peak without the tyre's own force".to_owned();
+            return Word::none(because(ReasonCode::UnknownShares, words, remedy));
+        };
         let reached = bound > REACHED * self.fitted.theta[D_F + wheel].exp();
         if reached && found.status == Status::Ok {
             return found;
@@ -241,22 +261,19 @@ fn because(code: ReasonCode, sentence: String, remedy: &str) -> Option<Reason> {
     Some(Reason::new(code, sentence).with_advice(remedy))
 }
 
+/// Of a coefficient of the friction curve that this fit does not free.
+fn assumed_shape(remedy: &str) -> Word {
+    let words = "the fit of the ride in gear assumes the shape of the friction curve".to_owned();
+    Word::none(because(ReasonCode::AssumedShape, words, remedy))
+}
+
 fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
     // two digits of the uncertainty
     let digits = (1.0 - half.log10().floor()).clamp(0.0, 9.0) as usize;
-    Word {
-        value: None,
-        std_error: None,
-        interval: [None, None],
-        status: Status::NotAvailable,
-        reason: because(
-            ReasonCode::HardlyNarrowed,
-            format!(
-                "the ride in gear hardly narrows what was assumed ({value:.digits$} ± {half:.digits$})"
-            ),
-            remedy,
-        ),
-    }
+    let words = format!(
+        "the ride in gear hardly narrows what was assumed ({value:.digits$} ± {half:.digits$})"
+    );
+    Word::none(because(ReasonCode::HardlyNarrowed, words, remedy))
 }
 
 impl Word {
@@ -266,27 +283,32 @@ impl Word {
             std_error: Some(sd),
             interval: ends.map(Some),
             status: if wide { Status::PoorlyDetermined } else { Status::Ok },
-            reason: match wide {
-                true => {
-                    let words = format!("the interval is wide, {:.3} to {:.3}", ends[0], ends[1]);
-                    because(ReasonCode::WideInterval, words, remedy)
-                }
-                false => None,
-            },
+            reason: wide.then(|| Reason::wide_interval(ends[0], ends[1]).with_advice(remedy)),
         }
     }
 
-    fn without_value(self, remedy: &str) -> Word {
+    /// Without a value.
+    fn none(reason: Option<Reason>) -> Word {
         Word {
             value: None,
             std_error: None,
             interval: [None, None],
             status: Status::NotAvailable,
-            reason: because(
-                ReasonCode::UnknownShares,
-                "no bound of the peak without the tyre's own force".to_owned(),
-                remedy,
-            ),
+            reason,
+        }
+    }
+
+    /// The same, unless no motorcycle has such a value; of a lower bound the upper end counts.
+    fn checked(self, coefficient: C) -> Word {
+        if let Some(words) = self.value.and_then(|value| coefficient.impossible(value)) {
+            let (status, reason) = (Status::PoorlyDetermined, Some(Reason::impossible(words)));
+            return Word { status, reason, ..self };
+        }
+        let beyond = |bound: &f64| *bound >= coefficient.spec().bounds[1];
+        let bound = self.interval[0].filter(|_| self.value.is_none()).filter(beyond);
+        match bound.and_then(|bound| coefficient.impossible(bound)) {
+            Some(words) => Word::none(Some(Reason::impossible(words))),
+            None => self,
         }
     }
 }

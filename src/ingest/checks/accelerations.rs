@@ -6,6 +6,7 @@
 //! (up to the side-slip terms, which are small beside them in a bend).
 
 use super::finding::{Finding, Findings};
+use super::speeds::Witnesses;
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
@@ -26,10 +27,16 @@ const EQUAL: f64 = 1.1;
 /// Scatter of the ratio's logarithm from mean to mean, and standard errors of its median that are added.
 const RATIO: f64 = 0.15;
 const SURE: f64 = 2.0;
+/// Largest ratio of two units of speed; the smallest, of knots and mph, and how near to it in its logarithm.
+const OF_SPEED: f64 = 4.0;
+const KNOTS: f64 = 1.150_78;
+const NEAR: f64 = 0.02;
+/// From here on no two units of speed but these are.
+const FEW: f64 = 1.4;
 /// Less than this of each other is left of two channels that do not go together.
 const TOGETHER: f64 = 0.3;
 
-pub(crate) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> Result<(), Error> {
+pub(crate) fn check(view: &View, speed: Witnesses, out: &mut Findings<'_>) -> Result<(), Error> {
     let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
     if let Some(ax) = view.get(Channel::AccelerationX) {
         let (dv, ax) = (view.rate_of(v), view.smooth(ax));
@@ -40,8 +47,8 @@ pub(crate) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
         } else if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt"))
         {
             out.push(finding)?;
-        } else if let Some((finding, of_speed)) = scale(view, &ax, &dv) {
-            match of_speed && !speed_agrees {
+        } else if let Some((finding, of_speed)) = scale(view, &ax, &dv, speed.wheel) {
+            match of_speed && !speed.ground {
                 false => out.push(finding)?,
                 true => {
                     out.push_contradiction(finding, &[Channel::VelocityX, Channel::AccelerationX])?
@@ -64,8 +71,9 @@ pub(crate) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
     Ok(())
 }
 
-/// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason.
-fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
+/// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason. Where wheels roll as
+/// the bike file says, a small difference is the velocity's only if all speeds are knots read as mph or the reverse.
+fn scale(view: &View, ax: &[f64], dv: &[f64], wheel: bool) -> Option<(Finding, bool)> {
     // what a tilt adds is no scale
     let rest = |i: usize| if dv[i].abs() < 0.5 * LEAST { ax[i] } else { f64::NAN };
     let offset = view.median(rest).map_or(0.0, |m| m.value);
@@ -73,9 +81,15 @@ fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
     let pair = view.pair(&level, dv, LEAST)?;
     let apart = pair.together < TOGETHER;
     let off = pair.scale.abs().ln().abs() > EQUAL.ln() + SURE * RATIO / (pair.n as f64).sqrt();
+    let size = pair.scale.abs().ln().abs();
+    let is_knots = (size - KNOTS.ln()).abs() < NEAR;
+    let of_speed = !apart && size < OF_SPEED.ln() && !(wheel && size < FEW.ln() && !is_knots);
     let what = match (apart, off) {
         (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
-        (_, true) => format!("is {:.2} times dv/dt: check the units of both", pair.scale),
+        (_, true) if of_speed => {
+            format!("is {:.2} times dv/dt: check the units of both", pair.scale)
+        }
+        (_, true) => format!("is {:.2} times dv/dt: check its scale", pair.scale),
         _ => return None,
     };
     let finding = Finding {
@@ -84,8 +98,7 @@ fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
         count: pair.n,
         message: format!("acceleration_x {what} in the channel map"),
     };
-    // speeds in another unit are off by 4 at most
-    Some((finding, !apart && pair.scale.abs().ln().abs() < 4.0_f64.ln()))
+    Some((finding, of_speed))
 }
 
 /// A wrong sign or unit, from the median ratio to what is expected.

@@ -18,8 +18,7 @@ const BAR: f64 = 1e5;
 /// Units that loggers write, Pa.
 const UNITS: [(&str, f64); 6] =
     [("bar", 1e5), ("psi", 6_894.757), ("kPa", 1e3), ("mbar", 100.0), ("MPa", 1e6), ("Pa", 1.0)];
-/// Deceleration of a hard stop, m/s², and the least pressure of a line that brakes one, bar.
-const HARD: f64 = 5.0;
+/// Least pressure of a line that brakes, bar.
 const LEAST: f64 = 1.0;
 /// A usual deceleration per bar, m/s².
 const USUAL: f64 = 0.5;
@@ -140,7 +139,7 @@ fn weak(
         let alone = |i: usize| {
             let others = lines.iter().filter(|l| l.0 != *channel).all(|l| l.1[i] < LEAST);
             // a line that does nothing when it brakes is another matter
-            pull[i] < -HARD && others && own[i] > PRESSED * most
+            pull[i] < -BRAKES && others && own[i] > PRESSED * most
         };
         let count = view.moving(|i| if alone(i) { own[i] } else { f64::NAN }).len();
         if most > 0.0 && most < LEAST && count >= FEWEST {

@@ -130,13 +130,13 @@ fn run<'a>(
     if view.get(Channel::VelocityX).is_none() {
         return Ok(findings);
     }
-    let speed_agrees = speeds::check(&view, bike, &mut findings)?;
+    let speed = speeds::check(&view, bike, &mut findings)?;
     drop_left_out(&mut view, &findings);
     angles::check(&view, bike, &mut findings)?;
     course::check(&view, &mut findings)?;
-    accelerations::check(&view, speed_agrees, &mut findings)?;
+    accelerations::check(&view, speed, &mut findings)?;
     drop_left_out(&mut view, &findings);
-    bends::check(&view, speed_agrees, &mut findings)?;
+    bends::check(&view, speed.ground, &mut findings)?;
     drop_left_out(&mut view, &findings);
     sideways::check(&view, &mut findings)?;
     controls::check(&view, &mut findings)?;

@@ -53,13 +53,22 @@ struct Wheel {
     ratio: Median,
 }
 
-/// Whether the track over ground agrees with the velocity; wheels may be in the same wrong unit.
+/// What agrees with the velocity.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Witnesses {
+    /// The track over ground.
+    pub ground: bool,
+    /// A wheel rolls as the bike file says; it may be in the same wrong unit.
+    pub wheel: bool,
+}
+
+/// Checks speeds against each other; what agrees with the velocity.
 pub(crate) fn check(
     view: &View,
     bike: Option<&Bike>,
     out: &mut Findings<'_>,
-) -> Result<bool, Error> {
-    let Some(v) = view.get(Channel::VelocityX) else { return Ok(false) };
+) -> Result<Witnesses, Error> {
+    let Some(v) = view.get(Channel::VelocityX) else { return Ok(Witnesses::default()) };
     let ahead = view.median(|i| v[i]);
     if let Some(m) = ahead
         && m.value < 0.0
@@ -95,7 +104,7 @@ pub(crate) fn check(
     let by_wheel = wheels.iter().any(rolls);
     let by_ground = over_ground(view, v, by_wheel, out)?;
     judge(&wheels, by_ground, bike.is_some(), out)?;
-    Ok(by_ground)
+    Ok(Witnesses { ground: by_ground, wheel: by_wheel && bike.is_some() })
 }
 
 /// Velocity against the satellite track: `true` if they agree, a finding if they do not.

@@ -15,6 +15,8 @@ use crate::ingest::checks::switches::{CHECKS, Check};
 const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;
 const REAR: f64 = 0.312;
+/// Lateral velocity over yaw rate, m.
+const SIDEWAYS: f64 = 1.0;
 
 pub(crate) fn bike() -> Bike {
     let text = "mass = 260.0\nwheelbase = 1.42\ncg_to_front = 0.70\ncg_height = 0.62\n\
@@ -73,9 +75,9 @@ pub(crate) fn ride(seed: u64) -> Session {
         let mut noisy = |value: f64, sd: f64| value + sd * normal.sample(&mut rng);
         let mut put = |c: Channel, value: f64| columns[c as usize].push(value);
         put(Channel::VelocityX, noisy(v, 0.05));
-        put(Channel::VelocityY, noisy(0.3 * r, 0.05));
+        put(Channel::VelocityY, noisy(SIDEWAYS * r, 0.05));
         put(Channel::AccelerationX, noisy(a + 0.15 * bias[0], 1.0));
-        let sideways = 0.3 * (r - last_r) * RATE;
+        let sideways = SIDEWAYS * (r - last_r) * RATE;
         put(Channel::AccelerationY, noisy(v * r + sideways + 0.15 * bias[1], 1.0));
         put(Channel::Roll, noisy(roll + 0.01 * bias[2], 0.01));
         put(Channel::Pitch, noisy(-0.01 * a, 0.005));

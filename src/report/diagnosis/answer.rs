@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::outcome::{Outcome, is_found, outcome};
-use crate::report::readable;
+use crate::report::readable::sized;
 use crate::report::terminal::sentences;
-use crate::statistics::number_format::{self, decimals_of, fixed};
+use crate::statistics::number_format;
 use crate::store::tables::rows::CauseRow;
 
 /// Causes of single rides that have a line.
@@ -53,6 +53,7 @@ fn counts(sessions: &[Vec<CauseRow>]) -> String {
             Outcome::Unexplained => "with a misfit that no candidate explains",
             Outcome::Blind => "that can show nothing",
             Outcome::Null => "without a cause",
+            Outcome::Refused => "with a candidate that is not confirmed",
             Outcome::Unjudged => "without a verdict",
         };
         *by.entry(words).or_default() += 1;
@@ -73,16 +74,6 @@ fn shared(row: &CauseRow) -> Option<String> {
     };
     let what = cause_labels::effect(&row.effect, row.value);
     Some(format!("{of}: {what}: {value} ({interval}); `{}`.", row.effect))
-}
-
-/// A size and its interval with the digits that the interval leaves, in a person's unit.
-fn sized(row: &CauseRow) -> Option<(String, String)> {
-    let (unit, factor) = readable::unit(&row.unit);
-    let of = |x: Option<f64>| x.map(|x| x * factor);
-    let (value, low, high) = (of(row.value)?, of(row.ci95_low)?, of(row.ci95_high)?);
-    let digits = decimals_of(value, number_format::uncertainty(None, Some(low), Some(high)));
-    let [low, high] = [low, high].map(|x| fixed(x, digits));
-    Some((format!("{}{unit}", fixed(value, digits)), format!("{low} to {high}{unit}")))
 }
 
 /// Causes that no line above has, the most frequent first.

@@ -96,7 +96,7 @@ pub(crate) fn level(name: &str) -> String {
 /// is none.
 pub(crate) fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
-    let (unit, factor) = readable::unit(&row.unit);
+    let (unit, factor) = readable::unit(&row.effect, &row.unit);
     let [low, high] = [row.ci95_low, row.ci95_high].map(|end| end.map(|x| x * factor));
     let digits =
         number_format::decimals_of(value * factor, number_format::uncertainty(None, low, high));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::report::diagnosis::cause_labels;
-use crate::report::labels;
+use crate::report::{labels, readable};
 use crate::statistics::number_format::{self, fixed, typeset};
 
 /// The extended model, as `diagnose` wrote it.
@@ -11,8 +11,8 @@ use crate::statistics::number_format::{self, fixed, typeset};
 pub(crate) struct Model {
     /// Its file, below the output folder.
     pub file: String,
-    /// What was added: sentence, name, size with its standard error, unit.
-    pub effects: Vec<(String, String, String, String)>,
+    /// What was added: sentence, name, size with its standard error and unit.
+    pub effects: Vec<(String, String, String)>,
     /// Coefficients without these effects: tyre and name, value, 95 % interval, unit, status.
     pub coefficients: Vec<[String; 5]>,
 }
@@ -25,11 +25,13 @@ pub(crate) fn model(text: &str, file: &str) -> Option<Model> {
     let effects = effects.into_iter().flatten().filter_map(|(name, effect)| {
         let effect = effect.as_table()?;
         let (value, error) = (number(effect, "value")?, number(effect, "std_error"));
-        let digits = number_format::decimals_of(value, error);
-        let error = error.map(|e| format!(" ± {}", fixed(e, digits))).unwrap_or_default();
         let unit = effect.get("unit").and_then(toml::Value::as_str).unwrap_or_default();
-        let size = typeset(&format!("{}{error}", fixed(value, digits)));
-        Some((cause_labels::effect(name, Some(value)), name.clone(), size, labels::unit(unit)))
+        let (unit, factor) = readable::unit(name, unit);
+        let (shown, error) = (value * factor, error.map(|e| e * factor));
+        let digits = number_format::decimals_of(shown, error);
+        let error = error.map(|e| format!(" ± {}", fixed(e, digits))).unwrap_or_default();
+        let size = typeset(&format!("{}{error}{unit}", fixed(shown, digits)));
+        Some((cause_labels::effect(name, Some(value)), name.clone(), size))
     });
     let tyres = table.get("coefficients").and_then(toml::Value::as_table);
     let rows = tyres.into_iter().flatten().filter_map(|(tyre, own)| Some((tyre, own.as_table()?)));
@@ -67,8 +69,7 @@ mod tests {
                     unit = \"s\"\n[coefficients.front.mf_d]\nvalue = 1.0453\nci95 = [1.02, 1.07]\n\
                     unit = \"1\"\nstatus = \"ok\"\n";
         let found = model(text, "models/x.toml").expect("a model");
-        assert_eq!(found.effects[0].2, "0.0205 ± 0.0017");
-        assert_eq!(found.effects[0].3, "s");
+        assert_eq!(found.effects[0].2, "20.5 ± 1.7 ms");
         assert_eq!(found.coefficients, [["front mf_d", "1.045", "1.020 to 1.070", "", "ok"]]);
         assert!(model("not toml =", "x").is_none());
     }

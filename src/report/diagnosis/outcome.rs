@@ -2,10 +2,12 @@
 
 use serde::Serialize;
 
-use crate::contract::verdict::Verdict;
+use crate::contract::verdict::{ALARM_OFFROAD, ALARM_ROAD, Verdict};
 use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::kinds;
-use crate::statistics::number_format::{self, fixed};
+use crate::report::readable::sized;
+use crate::simulate::effects::Effect;
+use crate::statistics::number_format::{self, fixed, typeset_sentence};
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most signals that are listed as left.
@@ -21,6 +23,8 @@ pub enum Outcome {
     Ambiguous,
     /// Nothing is wrong that the ride could show.
     Null,
+    /// A candidate scores as a cause does, and a rule refused it.
+    Refused,
     /// Something is wrong and nothing explains it.
     Unexplained,
     /// The ride can show none of the candidates.
@@ -74,8 +78,24 @@ pub fn outcome(causes: &[CauseRow]) -> Outcome {
         _ if is(Verdict::Ambiguous) => Outcome::Ambiguous,
         _ if is(Verdict::Unexplained) => Outcome::Unexplained,
         _ if causes.iter().all(blind) => Outcome::Blind,
+        _ if causes.iter().any(is_refused) => Outcome::Refused,
         _ => Outcome::Null,
     }
+}
+
+/// Whether a candidate has the score of a cause and is none.
+fn is_refused(row: &CauseRow) -> bool {
+    let needed = if Effect::named(&row.effect).is_ok() { ALARM_ROAD } else { ALARM_OFFROAD };
+    row.verdict == Verdict::NotNeeded.name() && row.score > needed
+}
+
+/// What has the score of a cause and is none, each with the rule that refused it: for pages and the terminal.
+pub(crate) fn refused(causes: &[CauseRow]) -> impl Iterator<Item = String> {
+    causes.iter().filter(|c| is_refused(c)).map(|c| {
+        let size = sized(c).map_or(String::new(), |(size, _)| format!(", {size}"));
+        let (what, score) = (cause_labels::effect(&c.effect, c.value), fixed(c.score, 1));
+        format!("{}: {what}{size}, score {score}; {}", c.effect, c.reason.trim_end_matches('.'))
+    })
 }
 
 /// One line of the run's page.
@@ -97,12 +117,16 @@ pub(crate) fn entry(
             Outcome::Named => "named",
             Outcome::Ambiguous => "one of several",
             Outcome::Null => "nothing that this ride could show",
+            Outcome::Refused => "not confirmed",
             Outcome::Unexplained => "unexplained",
             Outcome::Blind => "the ride can show nothing",
             Outcome::Unjudged => "no verdict in the tables",
         },
         findings: findings(causes),
-        reason: unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
+        reason: match outcome {
+            Outcome::Refused => refused(causes).next().unwrap_or_default(),
+            _ => unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
+        },
         gain: match outcome {
             Outcome::Unexplained => simulation::wrong_in_short(errors),
             _ => simulation::in_short(errors),
@@ -184,6 +208,10 @@ pub(super) fn verdict(
             "Yes, as far as this ride can show.",
             "Nothing is wrong that this ride could show.".to_owned(),
         ),
+        Outcome::Refused => (
+            "This ride leaves it open.",
+            "Something stands out as a cause does, but is not confirmed.".to_owned(),
+        ),
         Outcome::Blind => {
             ("This ride cannot show it.", "It would show none of the candidates.".to_owned())
         }
@@ -236,13 +264,20 @@ pub(super) fn remarks(
             c.reason.trim_end_matches('.')
         ));
     }
+    if let Outcome::Refused | Outcome::Unexplained = outcome {
+        let listed = out.len();
+        out.extend(refused(causes).map(|text| format!("{}.", typeset_sentence(&text))));
+        if out.len() > listed {
+            return out;
+        }
+    }
     let scored = causes.iter().filter(|c| c.score.is_finite() && is_candidate(c));
     let top = scored.max_by(|a, b| a.score.total_cmp(&b.score));
     if let (Outcome::Null | Outcome::Unexplained, Some(top)) = (outcome, top) {
         let score = fixed(top.score, 1);
         out.push(if top.score > 1.0 {
             format!(
-                "The largest score is {score}, of “{}”: beyond 1, but not confirmed: {}.",
+                "The largest score is {score}, of “{}”: {}.",
                 cause_labels::effect(&top.effect, top.value),
                 top.reason.trim_end_matches('.')
             )

@@ -44,6 +44,9 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
     );
     comment("the side force over load that was ridden.");
+    for line in tyres.iter().flat_map(Characterised::adjustment) {
+        comment(&line);
+    }
     for line in effects_of(tyres, &NO_COLUMN) {
         comment(&line);
     }

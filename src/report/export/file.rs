@@ -1,7 +1,7 @@
 //! Property files line by line, and the sections that every set has.
 //!
 //! The file says of every number where it comes from: `fitted` (with its 95 % interval),
-//! `assumed` (the bike file's value that the fit used), `set` (follows from the form of the
+//! `assumed` (no ride gave it; the line says whether the bike file, a rule or a usual value did), `set` (follows from the form of the
 //! model), `shaped` (fitted to the characterised tyre over the ranges) or `placeholder` (nothing
 //! in the ride gives it; a number is there because readers ask for one).
 
@@ -11,9 +11,11 @@ use super::check::LargestErrors;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use super::validity::Validity;
-use crate::contract::coefficient::Coefficient as C;
+use crate::contract::bike::USUAL_WHEEL_INERTIA;
+use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::export::error::Error;
-use crate::statistics::number_format;
+use crate::report::labels;
+use crate::statistics::number_format::{self, short};
 use crate::store::tables::rows::{Coefficient, Status};
 
 /// Reference speed, m/s.
@@ -96,11 +98,14 @@ pub(crate) fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &
     file.comment(
         "camber is negative and Fy positive. Forces act where the wheel plane meets the road.",
     );
-    file.comment("fitted: from the ride, with the 95 % interval; assumed: from the bike file;");
     file.comment(
-        "shaped: fitted to the characterised tyre over what was ridden; set: follows from the",
+        "fitted: from the ride, with the 95 % interval; assumed: not from the ride, from what",
     );
-    file.comment("model; placeholder: not from this tyre, replace it.");
+    file.comment("the line says; shaped: fitted to the characterised tyre over what was ridden;");
+    file.comment("set: follows from the model; placeholder: not from this tyre, replace it.");
+    for line in c.adjustment() {
+        file.comment(&line);
+    }
 }
 
 /// Effects of the rolling radius: property files of this form have one radius at every load.
@@ -113,6 +118,12 @@ pub(crate) fn effects(file: &mut File, c: &Characterised) {
     }
 }
 
+/// The note of a longitudinal stiffness: over which relaxation length, and where that is from.
+pub(crate) fn over_lag(c: &Characterised) -> String {
+    let lag = short(c.tyre.longitudinal_relaxation);
+    format!("slip stiffness over a relaxation length of the slip ratio of {lag} m ({})", c.lag_from)
+}
+
 /// Friction over load: the peak's gain and what the slip stiffness has of it.
 pub(crate) fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponent: f64) {
     let note = |else_: &str| match c.error.friction_load == 0.0 {
@@ -123,8 +134,35 @@ pub(crate) fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, 
     file.number("PKX3", exponent, &note(NO_LOAD));
 }
 
+/// What the lateral coefficients are from.
+pub(crate) fn side_force(file: &mut File, fitted: &Fitted, c: &Characterised) {
+    let row = |coefficient: C| {
+        fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
+    };
+    file.comment(&format!("from lateral_friction_ct {}", row(C::LateralFrictionCt)));
+    for coefficient in [C::SlipCamberC1, C::SlipCamberC3] {
+        let line = format!("     {coefficient} {}", row(coefficient));
+        let adjusted = if c.adjusted.is_some() { "; adjusted, see the head" } else { "" };
+        file.comment(&format!("{line}{adjusted}"));
+    }
+    let ratio = c.noted(&row(C::SideForceRatio), "side_force_ratio_front");
+    file.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
+}
+
+/// Rolling resistance: the ride's, else the one that the tyre has.
+pub(crate) fn rolling(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) {
+    match fitted.value(Part::Vehicle, C::RollingResistance) {
+        Err(_) => {
+            let note = setting.origin("aerodynamics.rolling_resistance");
+            file.number("QSY1", c.tyre.tyre.rolling_resistance, note);
+        }
+        found => file.coefficient("QSY1", found, 1.0),
+    }
+    rolling_over_speed(file, c);
+}
+
 /// Rolling resistance over speed, where it depends on it.
-pub(crate) fn rolling_over_speed(file: &mut File, c: &Characterised) {
+fn rolling_over_speed(file: &mut File, c: &Characterised) {
     if c.error.rolling_speed != 0.0 {
         let note = c.noted("times LONGVL", "rolling_speed");
         file.number("QSY3", c.error.rolling_resistance(0.0, LONGVL), &note);
@@ -177,10 +215,11 @@ pub(crate) fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting:
 
     file.section("INERTIA");
     file.number("MASS", 5.0, "placeholder");
-    match wheel.and_then(|w| w.wheel_inertia) {
-        Some(i) => file.number("IYY", i, "assumed: bike file; the whole wheel, not the tyre"),
-        None => file.number("IYY", 0.4, "placeholder"),
-    }
+    let inertia = setting
+        .bike
+        .map_or(USUAL_WHEEL_INERTIA[c.axle as usize], |bike| bike.wheel_inertia(c.axle));
+    let note = setting.origin_at(c.axle, "wheel_inertia");
+    file.number("IYY", inertia, &format!("{note}; the whole wheel, not the tyre"));
 
     file.section("VERTICAL");
     let note = match (setting.load, setting.bike) {
@@ -189,11 +228,9 @@ pub(crate) fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting:
         (None, None) => "placeholder: give the bike file with --bikes, or --load",
     };
     file.number("FNOMIN", c.load(), note);
-    match wheel {
-        Some(w) => file.number("VERTICAL_STIFFNESS", w.vertical_stiffness, "assumed: bike file"),
-        None => file.number("VERTICAL_STIFFNESS", 180_000.0, "placeholder"),
-    }
-    file.number("VERTICAL_DAMPING", 500.0, "placeholder");
+    let note = setting.origin_at(c.axle, "vertical_stiffness");
+    file.number("VERTICAL_STIFFNESS", c.tyre.tyre.vertical_stiffness, note);
+    file.number("VERTICAL_DAMPING", c.tyre.vertical_damping, "placeholder");
     file.number("BREFF", 1.0, "set: no effect with DREFF = 0");
     file.number("DREFF", 0.0, "set: the rolling radius is the fitted one at every load");
     file.number("FREFF", 0.0, "set");
@@ -308,18 +345,13 @@ pub(crate) fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
     }
 }
 
-/// A value for a comment.
-pub(crate) fn short(value: f64) -> String {
-    number_format::fixed(value, number_format::decimals_of(value, None))
-}
-
 /// Where a coefficient comes from, for its comment.
 pub(crate) fn origin(row: &Coefficient) -> String {
     let shown = crate::report::coefficient_text::CoefficientText::of(row).interval(" to ");
     let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
     match row.status {
         Status::Ok => format!("fitted{interval}"),
-        Status::Assumed => "assumed: bike file".to_owned(),
+        Status::Assumed => format!("assumed: {}", labels::assumed(row)),
         Status::LowerBound => format!("not reached by the ride{interval}"),
         Status::PoorlyDetermined | Status::NotAvailable => {
             format!("fitted but POORLY DETERMINED{interval}")

@@ -157,8 +157,10 @@ impl Fitted {
         Ok(format!(
             "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes: in a left-hand corner\n\
              # camber is negative and the side force positive; a slip ratio is positive driving.\n\
-             # status: ok = fitted; assumed = from the bike file; poorly_determined = do not \
-             rely on it;\n# not_available = the ride cannot give it (see reason).\n\
+             # status: ok = fitted; assumed = not from this ride, but from what its reason says; \
+             poorly_determined =\n# do not rely on it; not_available = the ride cannot give it (see reason).\n\
+             # slip_camber_c1 and slip_camber_c3 are as fitted (eq. 37). The other formats and the table tyre_parameters\n\
+             # have them adjusted to cornering_stiffness_0, and say from what to what and how far that moves the side force.\n\
              # ranges: what was ridden, least and largest; beyond them the coefficients are a guess.\n{}\n{body}",
             if self.named.is_empty() { "" } else { OF_EFFECTS }
         ))

@@ -157,10 +157,9 @@ fn description(fitted: &Fitted, tyre: &Characterised, token: &str) -> std::io::R
     let ident = &fitted.session.ident;
     let whose =
         format!("{} tyre of {}, session {}", tyre.axle.name(), ident.bike_id, ident.session_id);
-    let effects = tyre.effects(&[]);
-    let what =
-        [&["SI units; axes of ISO 8855: x forward, y left, z up".to_owned()], effects.as_slice()]
-            .concat();
+    let adjusted = [tyre.adjustment().join(" "), tyre.share_line()];
+    let axes = ["SI units; axes of ISO 8855: x forward, y left, z up".to_owned()];
+    let what = [&axes[..], &adjusted[..], tyre.effects(&[]).as_slice()].concat();
     let generator = format!("roadbench {}", crate::VERSION);
     let mut xml = document()?;
     let root = xml.create_element("fmiModelDescription").with_attributes([

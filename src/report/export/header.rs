@@ -37,6 +37,8 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, 
     ]
     .into_iter()
     .chain(models.into_iter().flatten().map(|m| format!("Tyre model {m}")))
+    .chain(tyres.iter().flat_map(Characterised::adjustment))
+    .chain(tyres.iter().map(Characterised::share_line))
     .chain(effects_of(tyres, &[]))
     {
         let _ = writeln!(who, " * {}", comment(&line));

@@ -5,13 +5,14 @@
 //! The file tells how far its reader ends up from the characterised tyre, over what was ridden and over its ranges.
 
 use super::check::{self, LargestErrors};
-use super::file::{self, File, NO_LOAD, origin, short};
+use super::file::{self, File, NO_LOAD, origin};
 use super::fit_62;
 use super::fitted::Fitted;
 use super::reduced::GAIN;
 use super::tyre::{Characterised, Setting};
-use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::export::error::Error;
+use crate::statistics::number_format::short;
 use crate::tyre::mf_62::Mf62;
 
 /// The property file of one tyre, and how well it gives the tyre back.
@@ -58,9 +59,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &Mf62) -
     let note = "overturning_stiffness and the deflection at the nominal load, m";
     f.number("CROWN_RADIUS", set.carcass.crown, note);
     f.section("STRUCTURAL");
-    let note = "placeholder: slip stiffness over a relaxation length of the slip ratio of";
-    let length = c.tyre.longitudinal_relaxation;
-    f.number("LONGITUDINAL_STIFFNESS", set.stiffness[0], &format!("{note} {} m", short(length)));
+    f.number("LONGITUDINAL_STIFFNESS", set.stiffness[0], &file::over_lag(c));
     let note = format!(
         "cornering stiffness over a relaxation length of {} m ({})",
         short(c.tyre.tyre.relaxation_length),
@@ -71,10 +70,9 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &Mf62) -
     file::ranges(&mut f, c, c.with_bike);
     longitudinal(&mut f, c, set, &row);
     overturning(&mut f, c, set, &row);
-    lateral(&mut f, c, set, &row);
+    lateral(&mut f, fitted, c, set);
     f.section("ROLLING_COEFFICIENTS");
-    f.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
-    file::rolling_over_speed(&mut f, c);
+    file::rolling(&mut f, fitted, c, setting);
     f.number("QSY7", 1.0, "set: in proportion to load");
     aligning(&mut f, c, set, &row);
     f.0
@@ -117,13 +115,9 @@ fn overturning(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> S
     zeros(f, "QSX1 QSX3 QSX4 QSX5 QSX6 QSX7 QSX8 QSX9 QSX10 QSX11 QSX13 QSX14", "set");
 }
 
-fn lateral(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> String) {
+fn lateral(f: &mut File, fitted: &Fitted, c: &Characterised, set: &Mf62) {
     f.section("LATERAL_COEFFICIENTS");
-    f.comment(&format!("from lateral_friction_ct {}", row(C::LateralFrictionCt)));
-    f.comment(&format!("     slip_camber_c1 {}", row(C::SlipCamberC1)));
-    f.comment(&format!("     slip_camber_c3 {}", row(C::SlipCamberC3)));
-    let ratio = c.noted(&row(C::SideForceRatio), "side_force_ratio_front");
-    f.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
+    file::side_force(f, fitted, c);
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let over_load = |else_: &str| match c.error.stiffness_load != 0.0 {
@@ -167,7 +161,7 @@ fn aligning(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> Stri
     f.number("QCZ1", set.qCz[0], "set");
     f.number("QBZ1", set.qBz[0], "shaped to eq. 11, how slip shortens the trail");
     let trail = match c.with_bike {
-        true => "set: eq. 12 with the bike file's vertical stiffness",
+        true => "set: eq. 12 with VERTICAL_STIFFNESS",
         false => "placeholder: give --bikes",
     };
     f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));

@@ -8,13 +8,14 @@
 //! from the characterised tyre, read back and compared over what was ridden and over the ranges in the file.
 
 use super::check::{self, LargestErrors};
-use super::file::{self, File, NO_LOAD, origin, short};
+use super::file::{self, File, NO_LOAD, origin};
 use super::fit;
 use super::fitted::Fitted;
 use super::reduced::GAIN;
 use super::tyre::{Characterised, Setting};
-use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::export::error::Error;
+use crate::statistics::number_format::short;
 use crate::tyre::mf_mc::MfMc;
 
 /// What the relaxation length of the slip ratio loses with the nominal load once more: `Fz (1 - x dfz)` is closest to
@@ -67,15 +68,18 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     f.comment("keys that no other reader knows");
     let note = "overturning_stiffness and the deflection at the nominal load, m";
     f.number("CROWN_RADIUS", set.carcass.crown, note);
-    f.number("LAG_X", set.lag_x, "placeholder: relaxation length of the slip ratio, m");
+    f.number(
+        "LAG_X",
+        set.lag_x,
+        &format!("relaxation length of the slip ratio, m; {}", c.lag_from),
+    );
     file::ranges(&mut f, c, c.with_bike);
 
     longitudinal(&mut f, c, set, &row);
     overturning(&mut f, c, set, &row);
-    lateral(&mut f, c, set, &row);
+    lateral(&mut f, fitted, c, set, &row);
     f.section("ROLLING_COEFFICIENTS");
-    f.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
-    file::rolling_over_speed(&mut f, c);
+    file::rolling(&mut f, fitted, c, setting);
     aligning(&mut f, set, c, &row);
     f.0
 }
@@ -92,7 +96,8 @@ fn longitudinal(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> 
     for key in ["PEX2", "PEX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         f.number(key, 0.0, NO_LOAD);
     }
-    let note = format!("placeholder: relaxation length of the slip ratio, {} m", short(set.lag_x));
+    let lag = short(set.lag_x);
+    let note = format!("from a relaxation length of the slip ratio of {lag} m ({})", c.lag_from);
     f.number("PTX1", set.lag_x / set.R0, &note);
     f.number("PTX2", -set.lag_x / set.R0 * PTX2, "set: as little change with load as the form can");
     f.number("PTX3", 0.0, "set");
@@ -117,14 +122,15 @@ fn overturning(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> S
     f.number("QSX3", 0.0, "set");
 }
 
-fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> String) {
+fn lateral(
+    f: &mut File,
+    fitted: &Fitted,
+    c: &Characterised,
+    set: &MfMc,
+    row: &dyn Fn(C) -> String,
+) {
     f.section("LATERAL_COEFFICIENTS");
-    f.comment(&format!("from lateral_friction_ct {}", row(C::LateralFrictionCt)));
-    f.comment(&format!("     slip_camber_c1 {}", row(C::SlipCamberC1)));
-    f.comment(&format!("     slip_camber_c3 {}", row(C::SlipCamberC3)));
-    let ratio = row(C::SideForceRatio);
-    let ratio = c.noted(&ratio, "side_force_ratio_front");
-    f.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
+    file::side_force(f, fitted, c);
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let peak = "shaped, see the head; no ride reaches the peak";
@@ -179,7 +185,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
 
 fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> String) {
     f.section("ALIGNING_COEFFICIENTS");
-    let trail = "set: eq. 12 with the bike file's vertical stiffness";
+    let trail = "set: eq. 12 with VERTICAL_STIFFNESS";
     f.number("QCZ1", set.qCz1, "set");
     f.number("QBZ1", set.qBz[0], "shaped to eq. 11, how slip shortens the trail");
     for key in ["QBZ2", "QBZ5", "QBZ6", "QBZ9", "QBZ10"] {

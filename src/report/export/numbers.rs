@@ -32,8 +32,8 @@ pub(crate) const ALL: &[Number] = numbers! {
     mf_e1, "", "curvature, eq. 28", |c, _| c.tyre.tyre.friction.e1;
     mf_e2, "", "curvature of driving over braking, eq. 28", |c, _| c.tyre.tyre.friction.e2;
     ct, "", "side force per load and tangent of camber, eq. 38", |c, _| c.tyre.tyre.stiffness.ct;
-    c1, "", "slip angle per camber, eq. 37", |c, _| c.tyre.tyre.stiffness.c1;
-    c3, "1/rad2", "slip angle per camber cubed, eq. 37", |c, _| c.tyre.tyre.stiffness.c3;
+    c1, "", "slip angle per camber, eq. 37, adjusted to the stiffness of eq. 39", |c, _| c.tyre.tyre.stiffness.c1;
+    c3, "1/rad2", "slip angle per camber cubed, eq. 37, adjusted likewise", |c, _| c.tyre.tyre.stiffness.c3;
     side_force_ratio, "", "camber over cornering stiffness, C of eq. 13", |c, _| c.tyre.tyre.side_force_ratio;
     twisting_stiffness, "m/rad", "k_t, eq. 16", |c, _| c.tyre.tyre.twisting_stiffness;
     overturning_stiffness, "m", "k_x, eq. 18", |c, _| c.tyre.tyre.overturning_stiffness;

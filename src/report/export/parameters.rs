@@ -58,7 +58,9 @@ fn row(session: &SessionRow, c: &Characterised) -> TyreParameters {
         effective_rolling_radius: tyre.rolling_radius,
         rolling_resistance: tyre.rolling_resistance,
         relaxation_length: tyre.relaxation_length,
+        longitudinal_relaxation: c.tyre.longitudinal_relaxation,
         vertical_stiffness: tyre.vertical_stiffness,
+        deflection_share: c.tyre.deflection_share,
         camber_force_decay: tyre.camber_force_decay,
         camber_moment_decay: tyre.camber_moment_decay,
         ridden_slip_low: c.ranges.slip_ratio.map(|r| r[0]),
@@ -98,5 +100,10 @@ pub fn tyre(row: &TyreParameters) -> Custom {
         peak_slip: row.peak_slip,
         lateral_peak: row.lateral_peak,
     };
-    Custom { slip_stiffness_load: row.slip_stiffness_load, ..Custom::new(tyre, row.load_at_rest) }
+    Custom {
+        slip_stiffness_load: row.slip_stiffness_load,
+        longitudinal_relaxation: row.longitudinal_relaxation,
+        deflection_share: row.deflection_share,
+        ..Custom::new(tyre, row.load_at_rest)
+    }
 }

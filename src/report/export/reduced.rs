@@ -18,14 +18,15 @@
 //! Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed., chapter 4.3.2.
 
 use super::check::{self, LargestErrors};
-use super::file::{self, File, NO_LOAD, origin, short};
+use super::file::{self, File, NO_LOAD, origin};
 use super::fit::proportional;
 use super::fit_62::PKY2;
 use super::fitted::Fitted;
 use super::over_load::OverLoad;
 use super::tyre::{Characterised, Setting};
-use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::export::error::Error;
+use crate::statistics::number_format::short;
 
 /// Where `PKX2` comes from.
 pub(crate) const GAIN: &str = "PKX1 times slip_stiffness_load";
@@ -100,9 +101,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
     }
     let [per_load, gain] = over_load.slip_stiffness_of(t.friction.stiffness());
     let length = c.tyre.longitudinal_relaxation.max(1e-3);
-    let note =
-        format!("placeholder: slip stiffness over a relaxation length of {} m", short(length));
-    file.number("LONGITUDINAL_STIFFNESS", per_load * load / length, &note);
+    file.number("LONGITUDINAL_STIFFNESS", per_load * load / length, &file::over_lag(c));
     let pky2 = PKY2.min(proportional(over_load.side_force_gain()));
     let exponent = over_load.friction_exponent;
     let along = OverLoad::carcass(c, |at: f64| {
@@ -122,8 +121,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
         lateral(&mut file, fitted, c, k_alpha, &over_load);
     }
     file.section("ROLLING_COEFFICIENTS");
-    file.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
-    file::rolling_over_speed(&mut file, c);
+    file::rolling(&mut file, fitted, c, setting);
 
     file.section("ALIGNING_COEFFICIENTS");
     file.number("QBZ1", 0.0, "placeholder: the trail does not shrink with slip");

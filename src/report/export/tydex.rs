@@ -62,6 +62,7 @@ pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, Error>
             t.reference_friction, t.rolling_radius, t.relaxation_length
         ),
     ];
+    comments.extend(c.adjustment());
     comments.extend(c.effects(&NO_CHANNEL).iter().map(|line| one_line(line)));
     let head = Head {
         header,

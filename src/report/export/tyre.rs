@@ -1,5 +1,6 @@
 //! The characterised tyre: the fitted coefficients put into the model, with what the bike file adds.
 
+use super::adjusted::Adjusted;
 use super::effects::{self, Named};
 use super::fitted::Fitted;
 use super::ranges::Ranges;
@@ -8,6 +9,7 @@ use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::export::error::Error;
 use crate::simulate::effects::ModelError;
 use crate::simulate::effects::extended_tyre::ExtendedTyre;
+use crate::statistics::number_format::short;
 use crate::tyre::custom::Custom;
 use crate::tyre::paper::{Input, Output, Tyre};
 use crate::tyre::tyre_model::TyreModel;
@@ -40,6 +42,12 @@ pub struct Characterised {
     pub lateral: bool,
     /// Whether there was a bike file.
     pub with_bike: bool,
+    /// Where the relaxation length of the slip ratio is from, and the share of the deflection by which it rolls shorter.
+    pub lag_from: &'static str,
+    /// See [`Characterised::lag_from`].
+    pub share_from: &'static str,
+    /// What was done to the slip over camber; nothing where the lateral stiffnesses were not ridden.
+    pub adjusted: Option<Adjusted>,
     /// What was ridden.
     pub ranges: Ranges,
     /// Loads that were ridden, N.
@@ -76,6 +84,20 @@ impl Setting<'_> {
             (None, Some(bike)) => bike.static_load(axle),
             (None, None) => LOAD,
         }
+    }
+
+    /// Where a number is from that the ride does not give: that of a key of the bike file.
+    pub(crate) fn origin(&self, key: &str) -> &'static str {
+        match self.bike.map(|bike| bike.priors_of_missing().contains_key(key)) {
+            None => "placeholder: give the bike file with --bikes",
+            Some(true) => "assumed: usual value",
+            Some(false) => "assumed: bike file",
+        }
+    }
+
+    /// The same of a key of a wheel.
+    pub(crate) fn origin_at(&self, axle: Axle, key: &str) -> &'static str {
+        self.origin(&format!("{}.{key}", axle.name()))
     }
 
     /// Load at rest, N, at which the coefficients hold: the bike's; without a bike file the nominal one.
@@ -122,10 +144,11 @@ impl Characterised {
             |source| Error::Tyre { session: fitted.session.ident.session_id.clone(), source },
         )?;
         let ranges = fitted.ridden(axle).clone();
-        if let Some(upright) = value(part, C::CorneringStiffness0).filter(|_| no_y.is_none()) {
-            let curve = ranges.stiffness_over_camber.last().copied();
-            match_stiffness(&mut tyre.tyre, upright, curve);
-        }
+        let upright = value(part, C::CorneringStiffness0).filter(|_| no_y.is_none());
+        let adjusted = upright.map(|upright| {
+            let leant = ranges.stiffness_over_camber.last().copied();
+            Adjusted::adjust(&mut tyre.tyre, upright, leant, &ranges)
+        });
         let error = effects::added(setting.named, axle);
         // of another side-force ratio the slips over camber stay those that were measured
         let measured = tyre.tyre.stiffness;
@@ -159,6 +182,9 @@ impl Characterised {
             longitudinal: no_x.is_none(),
             lateral: no_y.is_none(),
             with_bike: setting.bike.is_some(),
+            lag_from: setting.origin_at(axle, "longitudinal_relaxation"),
+            share_from: setting.origin_at(axle, "deflection_share"),
+            adjusted,
             ranges,
             // a load that lifts the wheel off divides by nothing in anybody's file
             loads: [loads[0].max(0.05 * load), loads[1].max(load)],
@@ -191,6 +217,17 @@ impl Characterised {
     /// What a file says of the effects; `left_out` are those that its form has no place for.
     pub fn effects(&self, left_out: &[&str]) -> Vec<String> {
         effects::lines(&self.named, &[self.axle], left_out)
+    }
+
+    /// What a file says of the slip over camber; nothing where it is not adjusted.
+    pub(crate) fn adjustment(&self) -> Vec<String> {
+        self.adjusted.map_or(Vec::new(), |adjusted| adjusted.lines(self.axle.name()))
+    }
+
+    /// What a file says of the share of the deflection by which the tyre rolls shorter.
+    pub(crate) fn share_line(&self) -> String {
+        let (axle, share) = (self.axle.name(), short(self.tyre.deflection_share));
+        format!("{axle}: deflection_share {share} ({})", self.share_from)
     }
 
     /// Whether friction depends on load, and the note of it.
@@ -245,20 +282,6 @@ fn ridden_side(tyre: &Tyre, ranges: &Ranges) -> f64 {
 pub(crate) fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
     let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
     tyres.first().map_or(Vec::new(), |c| effects::lines(&c.named, &axles, left_out))
-}
-
-/// Makes the stiffness function give the fitted stiffness.
-///
-/// `c1, c3` and `ct` are fits of their own (eqs. 37, 38), and their quotient misses the stiffness
-/// that was fitted to all three at once (eq. 39): by 8 % at the front of the bundled archive. So the
-/// quotient's numbers are chosen to give the fitted stiffness upright and at the largest camber.
-fn match_stiffness(tyre: &mut Tyre, upright: f64, leant: Option<[f64; 2]>) {
-    let s = &mut tyre.stiffness;
-    let compliance = 1.0 / upright;
-    s.c1 = -s.ct * compliance - tyre.side_force_ratio;
-    if let Some([g, k]) = leant.filter(|[g, k]| *g > 0.05 && *k > 0.0) {
-        s.c3 = -s.ct * (g.tan() / (g * k) - compliance) / (g * g);
-    }
 }
 
 /// The usual value of a coefficient that a ride does not give.

@@ -12,6 +12,7 @@ use crate::report::export::error::Error;
 use crate::simulate::effects::models::Models;
 use crate::simulate::effects::tyre_file::CROWN;
 use crate::simulate::effects::{ALL, Effect};
+use crate::statistics::number_format::short;
 
 /// What is written, for whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,6 +110,12 @@ pub struct Request<'a> {
     pub load: Option<f64>,
     /// What a diagnosis named.
     pub models: Option<&'a Models>,
+}
+
+impl Request<'_> {
+    /// The tables that a file is written from.
+    pub const TABLES: &'static [&'static str] =
+        &["sessions", "coefficients", "manoeuvres", "plots", "warnings"];
 }
 
 /// Beyond this share of the peak a property file is not the tyre it was made of.
@@ -272,7 +279,14 @@ fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, Error> {
         one_line(&fitted.session.ident.bike_id),
         crate::VERSION
     );
-    for line in tyre.effects(&[]) {
+    let lag = format!(
+        "{}: longitudinal_relaxation {} m ({})",
+        tyre.axle.name(),
+        short(tyre.tyre.longitudinal_relaxation),
+        tyre.lag_from
+    );
+    let more = [lag, tyre.share_line()];
+    for line in tyre.adjustment().into_iter().chain(more).chain(tyre.effects(&[])) {
         file += &format!("# {}\n", one_line(&line));
     }
     let effects = ALL.iter().map(|e| (e, (e.get)(&tyre.error)));

@@ -47,7 +47,7 @@ pub(crate) struct Page {
     pub tyres: Vec<Tyre>,
     /// What could not be estimated, by the riding that would supply it.
     pub missing: Vec<Missing>,
-    /// Coefficients taken from the bike file.
+    /// Coefficients that are not from the ride, and what they are from.
     pub assumed: Vec<String>,
     /// Every manoeuvre, used or not, in time order.
     pub manoeuvres: Vec<ManoeuvreLine>,
@@ -192,7 +192,10 @@ pub(crate) fn build(
         assumed: coefficients
             .iter()
             .filter(|c| c.status == Status::Assumed)
-            .map(|c| format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)))
+            .map(|c| {
+                let name = labels::coefficient(&c.coefficient);
+                format!("{} {name} ({})", c.tyre, labels::assumed(c))
+            })
             .collect(),
         kinds: kind_counts(manoeuvres),
         manoeuvres: manoeuvres.iter().map(manoeuvre).collect(),

@@ -114,6 +114,8 @@ pub struct Effect {
     pub tyres: &'static [Axle],
     /// What it acts on.
     pub reach: Reach,
+    /// Whether people read a size of unit 1 in per cent.
+    pub in_per_cent: bool,
 }
 
 /// The fields of the declaration are read as the effect's own.
@@ -228,6 +230,14 @@ mod tests {
             assert_eq!(effect.sentence_of(-effect.typical), effect.opposite);
             assert_eq!(effect.sentence_of(f64::NAN), effect.sentence);
         }
+    }
+
+    /// What is added to a ratio of the bike file; every other size of unit 1 is a share or a slope.
+    #[test]
+    fn sizes_that_are_added_to_a_ratio_are_not_read_in_per_cent() {
+        let plain: Vec<&str> = ALL.iter().filter(|e| !e.in_per_cent).map(|e| e.name).collect();
+        assert_eq!(plain, ["side_force_ratio_front", "side_force_ratio_rear"]);
+        assert!(ALL.iter().all(|e| e.in_per_cent || e.unit == "1"));
     }
 
     #[test]

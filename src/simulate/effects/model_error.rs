@@ -29,6 +29,7 @@ macro_rules! effects {
             remove: $module::$effect::REMOVE,
             tyres: $module::$effect::TYRES,
             reach: $module::$effect::REACH,
+            in_per_cent: $module::$effect::IN_PER_CENT,
         },)*];
 
         impl ModelError {

@@ -190,6 +190,9 @@ macro_rules! declare {
             const TYRES: &[Axle] = &[];
             /// What it acts on; the attitudes know the sizes of no effect that does not say so.
             const REACH: Reach = Reach::FORCES;
+            /// Whether people read a size of unit 1 in per cent: it is a share of what it changes, or a slope. What is added
+            /// to a ratio is read as it stands, as per cent of the ratio would be something else.
+            const IN_PER_CENT: bool = true;
             /// Whether it depends on the heading; simulators work out `along` for no other effect.
             const NEEDS_HEADING: bool = false;
             /// How it is taken out of a recording; `None` where that cannot be done without the tyre.

@@ -36,6 +36,7 @@ impl Physics for SideForceRatioFront {
         faint: false,
     };
     const TYRES: &[Axle] = &[Axle::Front];
+    const IN_PER_CENT: bool = false;
     const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| bike.front.side_force_ratio += size);
 

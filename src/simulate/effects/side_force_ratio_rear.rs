@@ -25,6 +25,7 @@ impl Physics for SideForceRatioRear {
         faint: false,
     };
     const TYRES: &[Axle] = &[Axle::Rear];
+    const IN_PER_CENT: bool = false;
     const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| bike.rear.side_force_ratio += size);
 

@@ -14,7 +14,7 @@ pub(crate) use super::lap_rows::{
 };
 pub(crate) use super::outlying_rows::OutlyingManoeuvre;
 pub(crate) use super::parameter_rows::TyreParameters;
-use crate::contract::reason::Reason;
+use crate::contract::reason::{Reason, ReasonCode};
 pub(crate) use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
@@ -88,6 +88,16 @@ impl Coefficient {
         self.reason_code = reason.as_ref().map(|r| r.code.name().to_owned());
         self.advice = reason.as_ref().and_then(|r| r.advice.clone());
         self.reason = reason.map(|r| r.sentence);
+    }
+
+    /// Puts the ends of the interval into the reason of a wide one: to be called where the ends have changed since.
+    pub(crate) fn explain_ends(&mut self) {
+        if self.reason_code.as_deref() != Some(ReasonCode::WideInterval.name()) {
+            return;
+        }
+        let of_ends = |(low, high)| Reason::wide_interval(low, high).sentence;
+        let ends = self.ci95_low.zip(self.ci95_high).map(of_ends);
+        self.reason = ends.or_else(|| Some("the interval is wide".to_owned()));
     }
 
     /// Reason and advice as people read them; tables of earlier versions have both in one.

@@ -2,6 +2,7 @@
 
 use roadbench::internals::contract::channel::Channel;
 use roadbench::internals::contract::coefficient::{Coefficient, Id};
+use roadbench::internals::contract::reason::ReasonCode;
 use roadbench::internals::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
 use roadbench::internals::fit::in_gear::parameters::*;
 use roadbench::internals::fit::in_gear::{Config, InGear, columns, rows, run, solve};
@@ -40,9 +41,17 @@ fn row(fit: &InGear, tyre: &str, name: &str) -> tables::Coefficient {
     };
     let mut all: Vec<tables::Coefficient> = Id::onroad().map(empty).collect();
     assert!(rows::lacking(&all));
-    rows::fill(&mut all, fit, 0.5, &tables::Ident::default(), &tables::Provenance::default());
-    let own = |r: &tables::Coefficient| r.tyre == tyre && r.coefficient == name;
-    all.into_iter().find(own).expect("a row")
+    filled(fit, &mut all);
+    of(&all, tyre, name).clone()
+}
+
+fn filled(fit: &InGear, all: &mut Vec<tables::Coefficient>) {
+    rows::fill(all, fit, 0.5, &tables::Ident::default(), &tables::Provenance::default());
+}
+
+fn of<'a>(all: &'a [tables::Coefficient], tyre: &str, name: &str) -> &'a tables::Coefficient {
+    let own = |r: &&tables::Coefficient| r.tyre == tyre && r.coefficient == name;
+    all.iter().find(own).expect("a row")
 }
 
 #[test]
@@ -117,6 +126,56 @@ fn twelve_rides_give_back_what_made_them() {
         assert!(rolling.advice.is_some_and(|advice| advice.contains("coast in neutral")));
     }
     assert!(short >= 8, "{short}");
+}
+
+/// A car's table had a rear radius that was determined, and beside it a curve whose radius was not known.
+#[test]
+fn a_known_radius_has_no_curve_of_an_unknown_one_beside_it() {
+    let (_, fit) = fitted(100, USUAL);
+    let curve = |id: Id| {
+        let is_of_curve = roadbench::internals::fit::friction::is_of_curve(id.coefficient);
+        let unknown = ReasonCode::UnknownRadius.name().to_owned();
+        tables::Coefficient {
+            tyre: id.part.name().into(),
+            coefficient: id.coefficient.name().into(),
+            status: if is_of_curve { Status::PoorlyDetermined } else { Status::NotAvailable },
+            value: is_of_curve.then_some(2.4),
+            reason: is_of_curve.then(|| "the rolling radius is not known from this ride".into()),
+            reason_code: is_of_curve.then_some(unknown),
+            ..tables::Coefficient::default()
+        }
+    };
+    let mut all: Vec<tables::Coefficient> = Id::onroad().map(curve).collect();
+    filled(&fit, &mut all);
+    for tyre in ["front", "rear"] {
+        assert_eq!(of(&all, tyre, "effective_rolling_radius").status, Status::Ok);
+        for name in ["peak_slip", "mf_c", "mf_e1", "mf_e2"] {
+            let row = of(&all, tyre, name);
+            assert_eq!((row.status, row.value), (Status::NotAvailable, None), "{tyre} {name}");
+            assert_eq!(row.reason_code.as_deref(), Some(ReasonCode::AssumedShape.name()));
+        }
+    }
+    assert!(all.iter().all(|r| r.reason_code.as_deref() != Some("unknown_radius")));
+    assert!(all.iter().all(|r| r.reason.is_none() || r.reason_code.is_some()));
+}
+
+/// A car without a measured lean was given a crown, and a negative one.
+#[test]
+fn a_crown_takes_a_measured_lean_and_is_none_that_no_tyre_has() {
+    let (_, mut fit) = fitted(101, USUAL);
+    fit.fitted.theta[RHO_F] = -0.007;
+    let crown = row(&fit, "front", "overturning_stiffness");
+    assert_eq!(crown.status, Status::PoorlyDetermined);
+    assert_eq!(crown.reason_code.as_deref(), Some(ReasonCode::Impossible.name()));
+    assert!(crown.advice.is_some_and(|advice| advice.contains("roadbench map")));
+    // a peak far beyond what was used leaves the bound
+    (fit.fitted.theta[D_F], fit.bounds[0]) = (4.0_f64.ln(), Some(2.6));
+    let peak = row(&fit, "front", "mf_d");
+    assert_eq!((peak.status, peak.ci95_low), (Status::NotAvailable, None));
+    assert_eq!(peak.reason_code.as_deref(), Some(ReasonCode::Impossible.name()));
+    fit.is_roll_measured = false;
+    let crown = row(&fit, "front", "overturning_stiffness");
+    assert_eq!((crown.status, crown.value), (Status::NotAvailable, None));
 }
 
 #[test]

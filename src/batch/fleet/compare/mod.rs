@@ -10,6 +10,7 @@ use arrow::array::RecordBatch;
 use self::read::{Estimates, Key};
 use self::words::{RowStatus, not_comparable, sentence};
 use crate::batch::error::Error;
+use crate::batch::store::intact;
 use crate::batch::store::mark;
 use crate::batch::store::reading::Reading;
 use crate::contract::coefficient::{Coefficient, Id, Source};
@@ -96,6 +97,7 @@ pub fn compare(
 ) -> Result<Comparison, Error> {
     require(out)?;
     let _reading = Reading::of(out)?;
+    intact::require_sessions(&Location::from(out))?;
     let rows: Vec<SessionRow> = tables::rows(out)?;
     let Some(b) = b else { return two_outputs(out, rows, a, same_tyres) };
     let wrong = |which: &str, e: String| Error::Usage(format!("{which}: {e}"));
@@ -118,6 +120,7 @@ pub fn compare(
     let sides = [Chosen::of(a, &chosen[0]), Chosen::of(b, &chosen[1])];
     apart(&sides)?;
     let rest = rest(&rows, &sides);
+    intact_of(out, sides.iter())?; // the rest is of the same motorcycles
     let estimates = [
         read::estimates(out, &chosen[0])?,
         read::estimates(out, &chosen[1])?,
@@ -125,6 +128,12 @@ pub fn compare(
     ];
     let [a, b] = chosen;
     Ok(of_sides(sides, &[a, b, rest], estimates, same_tyres))
+}
+
+/// Makes sure that what the tables say of some motorcycles is as it was written.
+fn intact_of<'a>(out: &Path, bikes: impl Iterator<Item = &'a Chosen>) -> Result<(), Error> {
+    let bikes = bikes.flat_map(Chosen::bikes).collect();
+    intact::require_bikes(&Location::from(out), &read::TABLES, &bikes)
 }
 
 /// Other sessions of the motorcycles: what they differ by among themselves is what sessions differ by.
@@ -160,6 +169,7 @@ fn two_outputs(
     }
     require(other)?;
     let _reading = Reading::of(other)?;
+    intact::require_sessions(&Location::from(other))?;
     let others: Vec<SessionRow> = tables::rows(other)?;
     for (rows, at) in [(&rows, first), (&others, other)] {
         if rows.is_empty() {
@@ -170,6 +180,9 @@ fn two_outputs(
     let text = first.display().to_string();
     let sides = [Chosen::of(&text, &chosen[0]), Chosen::of(second, &chosen[1])];
     apart(&sides)?;
+    for (out, side) in [first, other].into_iter().zip(&sides) {
+        intact_of(out, std::iter::once(side))?;
+    }
     let estimates =
         [read::estimates(first, &chosen[0])?, read::estimates(other, &chosen[1])?, BTreeMap::new()];
     let [a, b] = chosen;

@@ -28,6 +28,9 @@ pub(super) struct Estimates {
     pub statuses: BTreeMap<(String, String), (Status, String)>,
 }
 
+/// The tables that it is read from.
+pub(super) const TABLES: [&str; 3] = ["evidence", "coefficients", "plots"];
+
 /// By bike and session.
 pub(super) type Key = (String, String);
 
