@@ -237,7 +237,9 @@ fn judged(rides: &[Said], k: usize) {
             let of_bike =
                 |r: &&Said| r.bike() == ride.bike() && r.hidden == "none" && r.id() != ride.id();
             let others = rides.iter().filter(of_bike).take(k);
-            let own = others.chain([ride]).map(Said::ride).collect();
+            // with dates, riders and sites: more sets that may differ by chance
+            let own = others.chain([ride]).map(Said::ride).enumerate();
+            let own = own.map(|(k, ride)| shared::placed(ride, k)).collect();
             let rows = changes(own).into_iter().filter(|row| row.ident.session_id == ride.id());
             (ride, rows.collect())
         })

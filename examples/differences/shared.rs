@@ -22,8 +22,14 @@ const HIDDEN: &[&str] = &[
 const SHARED: [(&str, fn(usize, usize) -> f64); 3] = [
     ("rider", |k, _| f64::from(u8::from(is_anna(k)))),
     ("since", |k, n| f64::from(u8::from(k >= 2 * n / 3))),
-    ("drift", |k, n| k as f64 / (n - 1) as f64),
+    // with time, as is looked for
+    ("drift", |k, n| hours(k) / hours(n - 1)),
 ];
+
+/// Hours of a ride since the first one: two rides a day.
+fn hours(k: usize) -> f64 {
+    (24 * (k / 2) + k % 2) as f64
+}
 
 /// Every third ride, not in the rhythm of sites and nights.
 fn is_anna(k: usize) -> bool {
@@ -31,9 +37,8 @@ fn is_anna(k: usize) -> bool {
 }
 
 /// Two rides a night on two sites, with two riders.
-fn placed(mut ride: Ride, k: usize) -> Ride {
+pub(super) fn placed(mut ride: Ride, k: usize) -> Ride {
     let text = |s: &str| Some(s.to_owned());
-    ride.ident.session_id = format!("ride {k:02}");
     ride.ident.start_time = Some(format!("2026-05-{:02}T{}:00:00Z", k / 2 + 1, 10 + k % 2));
     ride.circumstances = Circumstances {
         rider_id: text(if is_anna(k) { "anna" } else { "ben" }),
@@ -45,7 +50,12 @@ fn placed(mut ride: Ride, k: usize) -> Ride {
 
 /// What is said of one machine's rides.
 fn said(rides: &[Said]) -> Vec<ChangeRow> {
-    let rides = rides.iter().enumerate().map(|(k, said)| placed(said.ride(), k)).collect();
+    let rides = rides.iter().enumerate().map(|(k, said)| {
+        let mut ride = placed(said.ride(), k);
+        ride.ident.session_id = format!("ride {k:02}");
+        ride
+    });
+    let rides = rides.collect();
     changes(rides).into_iter().filter(is_change).collect()
 }
 
@@ -53,7 +63,7 @@ pub(super) fn study(a: &Arguments) -> Result<(), Failure> {
     let n = a.shared;
     let mut counts = [[0_usize; 4]; SHARED.len()];
     let mut intervals = [0_usize; 2];
-    let mut quiet = 0;
+    let (mut quiet, mut surplus) = (0, 0);
     for number in 0..a.machines {
         let ride = |k: usize, hidden: Option<(&'static Effect, f64)>| {
             of_machine(a.seed, number, k, hidden)
@@ -87,6 +97,7 @@ pub(super) fn study(a: &Arguments) -> Result<(), Failure> {
                     (None, false, true) => 3,
                 };
                 counts[set][place] += 1;
+                surplus += rows.len() - usize::from(right.is_some());
                 let own = right.filter(|r| r.cause.as_deref() == Some(*name));
                 if let Some((low, high)) = own.and_then(|r| r.ci95_low.zip(r.ci95_high)) {
                     intervals[usize::from((low..=high).contains(&size))] += 1;
@@ -103,6 +114,7 @@ pub(super) fn study(a: &Arguments) -> Result<(), Failure> {
             "{kind}: {right} right, {other} of other rides, {wrong} other cause, {unseen} not seen"
         );
     }
+    println!("{surplus} rows that are not the right one");
     println!("intervals: {} of {} contain the size", intervals[1], intervals[0] + intervals[1]);
     Ok(())
 }

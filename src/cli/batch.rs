@@ -307,7 +307,7 @@ pub(crate) fn rejected(accounts: &Accounts) -> Result<(), Failure> {
     if rows.is_empty() {
         return Ok(());
     }
-    let list = terminal::rejections(rows, LISTED);
+    let list = terminal::rejections(rows, LISTED, say::width());
     Err(Failure::Rejected(format!("{} rejected:\n{}", rows.len(), list.trim_end())))
 }
 

@@ -12,6 +12,7 @@ use crate::contract::bike::{Axle, schema};
 use crate::motorcycle::catalogue::file::{cost_of, rounded, text};
 use crate::motorcycle::catalogue::owner::Portrait;
 use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
+use crate::report::terminal::wrapped;
 use crate::store::tables::names::is_plain;
 use crate::store::tables::output;
 use crate::store::tables::output::Outputs;
@@ -197,7 +198,8 @@ fn summary(portrait: &Portrait, path: &Path) {
         let cost = if n.origin.is_guess() { cost_of(n) } else { None };
         let cost = cost.map(|c| format!("; costs {c}")).unwrap_or_default();
         let (key, origin) = (&n.key, n.origin.name());
-        say!("{key:31} {value:>10} ± {sd:<9} {unit:7} {origin}{cost}");
+        let line = format!("{key:31} {value:>10} ± {sd:<9} {unit:7} {origin}{cost}");
+        say!("{}", wrapped(&line, say::line_width()).trim_end());
     }
     let guesses = portrait.numbers.iter().filter(|n| n.origin.is_guess()).count();
     let all = portrait.numbers.len();

@@ -73,7 +73,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let map = arguments.map.as_deref().map(ChannelMap::read).transpose().map_err(Failure::usage)?;
     let log = &arguments.log;
     let Some(survey) = survey(log, &aids).map_err(rejected)? else {
-        let what = "is of a format whose channels cannot be listed without a channel map";
+        // the channels of such a format have the names of `session.v1` already, or its reader knows them
+        let what = "is of a format that is read without a channel map; `roadbench inspect` shows its channels";
         return Err(Failure::Usage(format!("{log} {what}")));
     };
     let mut verdicts = by_motion(log, &aids, &survey, radii).map_err(rejected)?;

@@ -156,12 +156,12 @@ pub(crate) fn sentences(out: &mut String, all: &[String], width: usize) {
     }
 }
 
-/// What was rejected and why, one after the other; of more than `most` only the first.
-pub(crate) fn rejections(rejected: &[Rejected], most: usize) -> String {
+/// What was rejected and why, one after the other, in lines of `width`; of more than `most` only the first.
+pub(crate) fn rejections(rejected: &[Rejected], most: usize, width: usize) -> String {
     let mut out = String::new();
     for r in rejected.iter().take(most) {
         line(&mut out, &format!("  {}", clean(&r.path)));
-        for text in wrap(&clean(&format!("{} ({}): {}", r.stage, r.code, r.message)), WIDTH - 6) {
+        for text in wrap(&clean(&format!("{} ({}): {}", r.stage, r.code, r.message)), width - 6) {
             line(&mut out, &format!("      {text}"));
         }
     }
@@ -392,9 +392,9 @@ mod tests {
         let text = batch_summary(&[session()], &rows, &rejected, &[], (12.34, WIDTH));
         assert!(text.starts_with("2 sessions in, 1 out, 1 rejected, 12.3 s\n"), "{text}");
         assert!(text.contains("1.2000 (1)") || text.contains("1.200 (1)"), "{text}");
-        let list = rejections(&rejected, 20);
+        let list = rejections(&rejected, 20, WIDTH);
         assert!(list.contains("ingest (empty): the file has no rows"), "{list}");
-        assert!(rejections(&rejected, 0).contains("and 1 more"));
+        assert!(rejections(&rejected, 0, WIDTH).contains("and 1 more"));
         assert!(text.lines().chain(list.lines()).all(|l| l.chars().count() <= WIDTH), "{text}");
     }
 }

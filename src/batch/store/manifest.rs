@@ -71,8 +71,13 @@ impl Manifest {
         wanted: impl Fn(&str) -> bool + Sync,
     ) -> BTreeSet<String> {
         let files = self.files.par_iter().filter(|(path, _)| wanted(path));
+        // a store has names of its own for bytes
+        let sum_of = |at: &Location| match at {
+            Location::Local(_) => hash_file(at),
+            Location::Remote(_) => at.read().map(|bytes| checksum(&bytes)),
+        };
         let is_other = |(path, sum): &(&String, &String)| {
-            hash_file(&root.join(path)).map_or(true, |now| now != **sum)
+            sum_of(&root.join(path)).map_or(true, |now| now != **sum)
         };
         files.filter(is_other).map(|(path, _)| path.clone()).collect()
     }

@@ -80,7 +80,7 @@ pub(crate) fn difference(
     let is_drift = rides.kind == Kind::Drift;
     let is_few = match is_drift {
         true => known.len() < DRIFT,
-        false => within.is_empty() || others.len() < OTHERS,
+        false => within.len() < rides.least_known() || others.len() < OTHERS,
     };
     if is_few {
         return None;
@@ -111,7 +111,8 @@ pub(crate) fn difference(
         variance = (BELIEF * believed + variance * squares / CLIPPED) / freedom;
     }
     let plain = known.iter().map(|i| ((variance + excess(*i)).recip(), share(i), values[*i]));
-    let error = Line::through(plain).error();
+    let by_day = rides.by_day * belief.natural.powi(2);
+    let error = Line::through(plain).error().hypot(by_day.sqrt());
     let scatter = variance.sqrt();
     let is_known = error > 0.0 && error.is_finite() && size.is_finite();
     is_known.then_some(Difference { size, error, freedom, scatter })

@@ -217,19 +217,29 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
         })
         .collect();
     tried.sort_by(|a, b| a.2.total_cmp(&b.2));
-    // the remainder of a large change, beyond the first order, is no other change
-    let clearest = |c: &Change| c.moved.iter().map(|m| m.by.t().abs()).fold(0.0, f64::max);
-    let is_left = |change: &Change| {
-        let share = |c: &Change| (0..history.len()).any(|i| c.rides.has(i) && change.rides.has(i));
-        let before = known.iter().filter(|c| share(c)).map(clearest).fold(0.0, f64::max);
-        clearest(change) < SHADOW * before
-    };
     let changes = tried.into_iter().filter_map(|(rides, evidence, chance)| {
         let (change, gain) = caused(history, rides, &evidence, chance)?;
-        (!is_left(&change)).then_some((gain, change))
+        let is_rest = known.iter().any(|c| is_remainder(history, &change, c));
+        (!is_rest).then_some((gain, change))
     });
-    // of those that differ most, what explains most
-    changes.take(COMPARED).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
+    // of those that differ most, what explains most; of two that explain it alike the smaller set comes first
+    let first =
+        |best: (f64, Change), next: (f64, Change)| if next.0 > best.0 { next } else { best };
+    changes.take(COMPARED).reduce(first).map(|(_, change)| change)
+}
+
+/// Whether a change is the remainder of a large one before, beyond the first order: in rides of that, small beside it, and
+/// less than what that moved of the same number.
+fn is_remainder(history: &History, change: &Change, before: &Change) -> bool {
+    let clearest = |c: &Change| c.moved.iter().map(|m| m.by.t().abs()).fold(0.0, f64::max);
+    let is_in_both = (0..history.len()).any(|i| before.rides.has(i) && change.rides.has(i));
+    let is_small = clearest(change) < SHADOW * clearest(before);
+    let moves = |m: &Moved| {
+        let own = if m.number == before.cause { 1.0 } else { 0.0 };
+        let trace = trace(history, before.cause, &before.rides)[m.number];
+        m.by.size.abs() < (before.size * if trace == 0.0 { own } else { trace }).abs()
+    };
+    is_in_both && is_small && change.moved.first().is_some_and(moves)
 }
 
 /// The change of some rides with its cause, and what the cause explains.

@@ -3,11 +3,13 @@
 //! ```text
 //! One      a ride by itself
 //! Since    all from a ride on
-//! Common   all at a site, with a rider, on a tyre or in a night
+//! Common   all at a site, with a rider, on a tyre or of a day; the rest, where they are most rides
 //! Drift    all, more and more with time
 //! ```
 //!
 //! Two sets of the same rides are one: nobody can tell them apart, and a sentence says both.
+
+use std::collections::BTreeSet;
 
 use super::difference::OTHERS;
 use super::numbers::History;
@@ -17,6 +19,8 @@ use crate::contract::instant;
 const SET: usize = 2;
 /// Fewest rides that show a drift.
 pub(super) const DRIFT: usize = 6;
+/// Correlation with a step from which on a drift is not looked for; of many rides at even times it is 0.87.
+const LIKE: f64 = 0.92;
 
 /// What makes rides a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,14 +48,14 @@ pub(crate) enum Common {
     FrontTyre,
     /// On which rear tyre.
     RearTyre,
-    /// On which date.
-    Night,
+    /// On which date, UTC.
+    Day,
 }
 
 impl Common {
     /// All of them; of equal sets the first is shown first.
     pub(crate) const ALL: [Common; 5] =
-        [Common::FrontTyre, Common::RearTyre, Common::Rider, Common::Site, Common::Night];
+        [Common::FrontTyre, Common::RearTyre, Common::Rider, Common::Site, Common::Day];
 
     /// As in the table.
     fn name(self) -> &'static str {
@@ -60,7 +64,7 @@ impl Common {
             Common::Rider => "rider",
             Common::FrontTyre => "tyre_front",
             Common::RearTyre => "tyre_rear",
-            Common::Night => "night",
+            Common::Day => "day",
         }
     }
 
@@ -71,7 +75,7 @@ impl Common {
             Common::Rider => format!("rider {value}"),
             Common::FrontTyre => format!("front tyre {value}"),
             Common::RearTyre => format!("rear tyre {value}"),
-            Common::Night => format!("night {value}"),
+            Common::Day => format!("day {value}"),
         }
     }
 
@@ -83,7 +87,7 @@ impl Common {
             Common::Rider => around.rider_id.as_deref(),
             Common::FrontTyre => around.tyre_front.as_deref(),
             Common::RearTyre => around.tyre_rear.as_deref(),
-            Common::Night => history.rides[ride].start_time.as_deref().and_then(|t| t.get(..10)),
+            Common::Day => day(history, ride),
         }
         .filter(|value| !value.is_empty())
     }
@@ -98,11 +102,14 @@ pub(crate) struct Rides {
     shares: Vec<f64>,
     /// What they have in common, in words: `rider anna`.
     pub common: Vec<String>,
+    /// What varies from day to day counts once a day, not once a ride: by how much more of its variance the difference has
+    /// than if it varied from ride to ride.
+    pub by_day: f64,
 }
 
 impl Rides {
     fn new(kind: Kind, shares: Vec<f64>) -> Self {
-        Rides { kind, shares, common: Vec::new() }
+        Rides { kind, shares, common: Vec::new(), by_day: 0.0 }
     }
 
     /// One ride of so many.
@@ -128,6 +135,11 @@ impl Rides {
     /// The first of them.
     pub(crate) fn first(&self) -> usize {
         (0..self.shares.len()).find(|i| self.has(*i)).unwrap_or(0)
+    }
+
+    /// How many of them must know a number: half, and two where several share the change.
+    pub(crate) fn least_known(&self) -> usize {
+        if self.is_shared() { self.counts()[0].div_ceil(2).max(SET) } else { 1 }
     }
 
     /// How many they are, and how many others there are.
@@ -166,30 +178,96 @@ impl Rides {
             for value in values {
                 let is_own = |i: usize| common.of(history, i) == Some(value);
                 let shares = (0..n).map(|i| f64::from(u8::from(is_own(i)))).collect();
-                add(&mut sets, Rides::new(Kind::Common(common), shares), common.words(value));
+                add(
+                    history,
+                    &mut sets,
+                    Rides::new(Kind::Common(common), shares),
+                    common.words(value),
+                );
             }
         }
-        sets.extend(is_dated.then(|| drift(history)).flatten());
+        let drift = is_dated.then(|| drift(history)).flatten();
+        sets.extend(drift.filter(|drift| !sets.iter().any(|s| drift.is_like(s))));
+        sets.iter_mut().for_each(|s| s.by_day = s.by_day(history));
         sets
+    }
+
+    /// Whether a drift can hardly be told from a step, as with rides at two times only.
+    fn is_like(&self, step: &Rides) -> bool {
+        step.kind == Kind::Since && correlation(&self.shares, &step.shares) > LIKE
+    }
+
+    /// See the field.
+    fn by_day(&self, history: &History) -> f64 {
+        if self.kind == Kind::One {
+            return 0.0;
+        }
+        let side = |is_in: bool| {
+            let own = (0..self.shares.len()).filter(|i| (self.shares[*i] != 0.0) == is_in);
+            let (mut rides, mut days) = (0_usize, BTreeSet::new());
+            for i in own {
+                rides += 1;
+                // a rider has one posture
+                days.insert(match (self.kind, is_in, day(history, i)) {
+                    (Kind::Common(Common::Rider), true, _) => String::new(),
+                    (_, _, Some(day)) => day.to_owned(),
+                    (_, _, None) => history.rides[i].session_id.clone(),
+                });
+            }
+            (days.len().max(1) as f64).recip() - (rides.max(1) as f64).recip()
+        };
+        side(true) + side(false)
     }
 }
 
-/// Adds rides that have something in common, unless they are a set already, most rides or too few.
-fn add(sets: &mut Vec<Rides>, rides: Rides, words: String) {
+/// The date of a ride.
+fn day(history: &History, ride: usize) -> Option<&str> {
+    history.rides[ride].start_time.as_deref().and_then(|t| t.get(..10))
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len() as f64;
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+    let (ma, mb) = (mean(a), mean(b));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        a.iter().zip(b).map(|(a, b)| f(a - ma, b - mb)).sum()
+    };
+    sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
+}
+
+/// Adds rides that have something in common, or the rest where they are most rides; unless either is a set already, or
+/// there are too few.
+fn add(history: &History, sets: &mut Vec<Rides>, mut rides: Rides, mut words: String) {
     let [inside, others] = rides.counts();
-    if inside < SET || others == 0 {
+    if inside == 0 || others == 0 {
         return;
     }
-    if let Some(same) = sets.iter_mut().find(|s| s.shares == rides.shares) {
-        same.common.push(words);
+    let is_same = |s: &&mut Rides| s.shares == rides.shares;
+    if let Some(same) = sets.iter_mut().find(is_same) {
+        // a last day is a date already
+        let is_said = same.kind == Kind::Since && rides.kind == Kind::Common(Common::Day);
+        if same.kind != Kind::One && !(is_said && day(history, same.first()) == day_of(&words)) {
+            same.common.push(words);
+        }
         return;
     }
     let is_rest = |s: &Rides| s.shares.iter().zip(&rides.shares).all(|(a, b)| a + b == 1.0);
-    // of two halves the first one differs from the second
-    if inside > others || others < OTHERS || sets.iter().any(is_rest) {
+    if sets.iter().any(is_rest) {
         return;
     }
-    sets.push(Rides { common: vec![words], ..rides });
+    if inside > others {
+        rides.shares.iter_mut().for_each(|s| *s = 1.0 - *s);
+        words = format!("all but {words}");
+    }
+    let [inside, others] = rides.counts();
+    if inside >= SET && others >= OTHERS {
+        sets.push(Rides { common: vec![words], ..rides });
+    }
+}
+
+/// The date in the words of a day.
+fn day_of(words: &str) -> Option<&str> {
+    words.strip_prefix("day ")
 }
 
 /// The drift over a motorcycle's rides, by their times; `None` of too few, or all at one time.

@@ -47,10 +47,11 @@ pub(super) static REAR: Compare = Compare {
     shown: |f| shown(f, 1),
 };
 
-/// Steps of Gauss and Newton: a scale of a half needs five to be exact to a thousandth.
-const STEPS: usize = 6;
-/// Scales that are looked for.
-const SCALES: [f64; 2] = [0.05, 3.0];
+/// Steps of Gauss and Newton, and the last one's largest size: a scale of a half needs five.
+const STEPS: usize = 8;
+const CONVERGED: f64 = 0.003;
+/// Scales that a place or a cold tyre may have.
+const SCALES: [f64; 2] = [0.2, 2.0];
 
 /// Sums of one manoeuvre's least squares, of the difference to the scaled curve.
 #[derive(Default)]
@@ -60,13 +61,12 @@ struct Sums {
     ee: f64,
     yl: f64,
     ye: f64,
+    yy: f64,
 }
 
-/// Scale of a stop's friction curve and its standard error, from its samples; NaN where they do not tell.
-fn scale(rows: &Rows, curve: &MagicFormula, own: &[usize]) -> (f64, f64) {
-    let mut scale = 1.0;
-    let mut error = f64::NAN;
-    for _ in 0..STEPS {
+impl Sums {
+    /// Of some samples at a scale of the curve.
+    fn at(scale: f64, rows: &Rows, curve: &MagicFormula, own: &[usize]) -> Self {
         let mut sums = Sums { ee: rows.velocity_error.powi(-2), ..Sums::default() };
         for &i in own {
             let (s, v) = (rows.slip[i], rows.speed[i]);
@@ -80,16 +80,50 @@ fn scale(rows: &Rows, curve: &MagicFormula, own: &[usize]) -> (f64, f64) {
             sums.ee += e * e;
             sums.yl += y * l;
             sums.ye += y * e;
+            sums.yy += y * y;
         }
-        let determinant = sums.ll * sums.ee - sums.le * sums.le;
-        scale += (sums.yl * sums.ee - sums.ye * sums.le) / determinant;
-        error = (sums.ee / determinant).sqrt();
-        if scale.is_nan() {
-            break;
-        }
-        scale = scale.clamp(SCALES[0], SCALES[1]);
+        sums
     }
-    (scale, error)
+
+    fn determinant(&self) -> f64 {
+        self.ll * self.ee - self.le * self.le
+    }
+
+    /// To the best scale.
+    fn step(&self) -> f64 {
+        (self.yl * self.ee - self.ye * self.le) / self.determinant()
+    }
+
+    /// Standard error of the scale.
+    fn error(&self) -> f64 {
+        (self.ee / self.determinant()).sqrt()
+    }
+
+    /// What is left at this scale with the best offset of the velocity.
+    fn cost(&self) -> f64 {
+        self.yy - self.ye * self.ye / self.ee
+    }
+}
+
+/// Scale of a stop's friction curve and its standard error, from its samples; `None` where they do not tell.
+///
+/// A gentle stop stays where the curve rises as it does on any road: there the scale is not known, and another solution,
+/// far down on the plateau of a slippery road, explains it with an offset of the velocity. So the error is at least that
+/// at the ride's own curve.
+fn scale(rows: &Rows, curve: &MagicFormula, own: &[usize]) -> Option<(f64, f64)> {
+    let usual = Sums::at(1.0, rows, curve, own);
+    let (mut scale, mut step) = (1.0, f64::NAN);
+    for _ in 0..STEPS {
+        step = Sums::at(scale, rows, curve, own).step();
+        scale += step;
+        if !(SCALES[0]..SCALES[1]).contains(&scale) {
+            return None;
+        }
+    }
+    let found = Sums::at(scale, rows, curve, own);
+    let is_best = step.abs() < CONVERGED && found.cost() <= usual.cost();
+    let error = usual.error().max(found.error());
+    (is_best && error.is_finite()).then_some((scale, error))
 }
 
 fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
@@ -111,13 +145,8 @@ fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
         if !braked || own.len() < FEW || largest < USED {
             return None;
         }
-        let (value, error) = scale(rows, &fit.formula, own);
-        (error < VAGUE && value.is_finite()).then(|| Shown {
-            segment,
-            value,
-            error,
-            columns: vec![1.0],
-        })
+        let (value, error) = scale(rows, &fit.formula, own).filter(|(_, error)| *error < VAGUE)?;
+        Some(Shown { segment, value, error, columns: vec![1.0] })
     };
     let mut shown: Vec<Shown> = samples.iter().enumerate().filter_map(of).collect();
     // an odd stop has moved the curve that all are held against
@@ -126,4 +155,80 @@ fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
         s.value /= usual.unwrap_or(1.0);
     }
     shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::random::Random;
+
+    const CURVE: MagicFormula = MagicFormula { b: 13.0, c: 1.4, d: 1.1, e1: 0.3, e2: 0.0 };
+    const VELOCITY: f64 = 0.05;
+    const FRICTION: f64 = 0.03;
+
+    /// Slip ratio of the curve's peak.
+    const PEAK: f64 = -0.19;
+
+    /// A stop from 20 m/s on a curve of a scale, up to a share of its peak: 40 samples.
+    fn stop(random: &mut Random, scale: f64, share: f64) -> Rows {
+        let mut rows = Rows::with_error(VELOCITY);
+        let offset = VELOCITY * random.normal();
+        let peak = scale * CURVE.value(PEAK);
+        // slip of a friction on the rising branch
+        let slip_of = |wanted: f64| {
+            let (mut low, mut high) = (PEAK * scale, 0.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                match scale * CURVE.value(middle / scale) < wanted {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            low
+        };
+        for k in 0..40 {
+            let friction = share * peak * (f64::from(k + 1) / 20.0).min(1.0);
+            let v = 20.0 - 0.3 * f64::from(k);
+            rows.slip.push(slip_of(friction) + offset / v);
+            rows.friction.push(friction + FRICTION * random.normal());
+            rows.speed.push(v);
+            rows.friction_error.push(FRICTION);
+            rows.clusters.push(0);
+        }
+        rows.index();
+        rows
+    }
+
+    #[test]
+    fn a_gentle_stop_is_no_slippery_place() {
+        let mut random = Random::new(3, "gentle");
+        for share in [0.25, 0.35, 0.45] {
+            let of = |_| {
+                let rows = stop(&mut random, 1.0, share);
+                let own: Vec<usize> = (0..rows.samples()).collect();
+                scale(&rows, &CURVE, &own).filter(|(_, error)| *error < VAGUE)
+            };
+            let shown: Vec<(f64, f64)> = (0..200).filter_map(of).collect();
+            let odd = shown.iter().filter(|(value, error)| (value - 1.0).abs() > 4.0 * error);
+            assert!(odd.count() <= 2, "{share}: {} of {}", shown.len(), 200);
+        }
+    }
+
+    #[test]
+    fn a_hard_stop_shows_the_scale_of_its_place() {
+        let mut random = Random::new(4, "hard");
+        for wanted in [1.0, 0.85, 0.7, 0.5, 1.2] {
+            let of = |_| {
+                let rows = stop(&mut random, wanted, 0.97);
+                let own: Vec<usize> = (0..rows.samples()).collect();
+                scale(&rows, &CURVE, &own).filter(|(_, error)| *error < VAGUE)
+            };
+            let shown: Vec<(f64, f64)> = (0..100).filter_map(of).collect();
+            assert!(shown.len() >= 90, "{wanted}: {}", shown.len());
+            let mean = shown.iter().map(|s| s.0).sum::<f64>() / shown.len() as f64;
+            assert!((mean - wanted).abs() < 0.02, "{wanted}: {mean}");
+            let covered = shown.iter().filter(|(v, e)| (v - wanted).abs() < 2.0 * e).count();
+            assert!(10 * covered >= 9 * shown.len(), "{wanted}: {covered} of {}", shown.len());
+        }
+    }
 }

@@ -12,6 +12,7 @@ use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
+use crate::statistics::order::median_and_spread;
 
 /// Accelerations above this are compared, m/s².
 const LEAST: f64 = 1.0;
@@ -33,6 +34,12 @@ const KNOTS: f64 = 1.150_78;
 const NEAR: f64 = 0.02;
 /// From here on no two units of speed but these are.
 const FEW: f64 = 1.4;
+/// How long before and after an event nothing acts, s: more than a receiver's delay. Longest event, s, least change of
+/// speed, m/s, and fewest events.
+const CALM: f64 = 1.0;
+const LONGEST: f64 = 20.0;
+const CHANGE: f64 = 3.0;
+const EVENTS: usize = 5;
 /// Less than this of each other is left of two channels that do not go together.
 const TOGETHER: f64 = 0.3;
 
@@ -47,8 +54,8 @@ pub(crate) fn check(view: &View, speed: Witnesses, out: &mut Findings<'_>) -> Re
         } else if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt"))
         {
             out.push(finding)?;
-        } else if let Some((finding, of_speed)) = scale(view, &ax, &dv, speed.wheel) {
-            match of_speed && !speed.ground {
+        } else if let Some((finding, of_speed)) = scale(view, [v, &ax, &dv], speed) {
+            match of_speed {
                 false => out.push(finding)?,
                 true => {
                     out.push_contradiction(finding, &[Channel::VelocityX, Channel::AccelerationX])?
@@ -73,17 +80,24 @@ pub(crate) fn check(view: &View, speed: Witnesses, out: &mut Findings<'_>) -> Re
 
 /// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason. Where wheels roll as
 /// the bike file says, a small difference is the velocity's only if all speeds are knots read as mph or the reverse.
-fn scale(view: &View, ax: &[f64], dv: &[f64], wheel: bool) -> Option<(Finding, bool)> {
+/// A small difference must be there over whole events, too: delays and filters change the ratio of accelerations.
+fn scale(view: &View, [v, ax, dv]: [&[f64]; 3], speed: Witnesses) -> Option<(Finding, bool)> {
     // what a tilt adds is no scale
     let rest = |i: usize| if dv[i].abs() < 0.5 * LEAST { ax[i] } else { f64::NAN };
     let offset = view.median(rest).map_or(0.0, |m| m.value);
     let level: Vec<f64> = ax.iter().map(|a| a - offset).collect();
     let pair = view.pair(&level, dv, LEAST)?;
     let apart = pair.together < TOGETHER;
-    let off = pair.scale.abs().ln().abs() > EQUAL.ln() + SURE * RATIO / (pair.n as f64).sqrt();
     let size = pair.scale.abs().ln().abs();
+    let off = size > FEW.ln()
+        || size > EQUAL.ln() + SURE * RATIO / (pair.n as f64).sqrt()
+            && over_events(view, v, [&level, dv]).is_some_and(|(scale, error)| {
+                let size = scale.ln() * pair.scale.abs().ln().signum();
+                size > EQUAL.ln() + SURE * error
+            });
     let is_knots = (size - KNOTS.ln()).abs() < NEAR;
-    let of_speed = !apart && size < OF_SPEED.ln() && !(wheel && size < FEW.ln() && !is_knots);
+    let by_wheel = speed.wheel && size < FEW.ln() && !is_knots;
+    let of_speed = !apart && size < OF_SPEED.ln() && !(speed.ground || by_wheel);
     let what = match (apart, off) {
         (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
         (_, true) if of_speed => {
@@ -99,6 +113,40 @@ fn scale(view: &View, ax: &[f64], dv: &[f64], wheel: bool) -> Option<(Finding, b
         message: format!("acceleration_x {what} in the channel map"),
     };
     Some((finding, of_speed))
+}
+
+/// The change of speed by the accelerometer over that by the velocity, and its standard error, from whole events: from
+/// quiet to quiet, so that neither delays nor filters matter. `None` of too few.
+fn over_events(view: &View, v: &[f64], [ax, dv]: [&[f64]; 2]) -> Option<(f64, f64)> {
+    let calm = (CALM / view.step()).ceil() as usize;
+    let acts = |i: usize| ax[i].abs() > LEAST || dv[i].abs() > LEAST;
+    let mut ratios = Vec::new();
+    let mut i = calm;
+    while i + calm < v.len() {
+        if !acts(i) {
+            i += 1;
+            continue;
+        }
+        let start = i - calm;
+        let mut last = i;
+        while i + calm < v.len() && i <= last + 2 * calm {
+            last = if acts(i) { i } else { last };
+            i += 1;
+        }
+        let end = (last + calm).min(v.len() - 1);
+        let change = v[end] - v[start];
+        let sum: f64 = (start..end).map(|k| 0.5 * (ax[k] + ax[k + 1])).sum::<f64>() * view.step();
+        let ratio = sum / change;
+        let is_short = (end - start) as f64 * view.step() < LONGEST;
+        if change.abs() > CHANGE && is_short && ratio.is_finite() && ratio > 0.0 {
+            ratios.push(ratio.ln());
+        }
+    }
+    if ratios.len() < EVENTS {
+        return None;
+    }
+    let (middle, spread) = median_and_spread(&mut ratios)?;
+    Some((middle.exp(), 1.25 * spread / (ratios.len() as f64).sqrt()))
 }
 
 /// A wrong sign or unit, from the median ratio to what is expected.

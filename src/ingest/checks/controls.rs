@@ -20,6 +20,9 @@ const UNITS: [(&str, f64); 6] =
     [("bar", 1e5), ("psi", 6_894.757), ("kPa", 1e3), ("mbar", 100.0), ("MPa", 1e6), ("Pa", 1.0)];
 /// Least pressure of a line that brakes, bar.
 const LEAST: f64 = 1.0;
+/// Deceleration that needs no brake, m/s², and how many times a line's usual noise it must reach to be one that brakes.
+const FREE: f64 = 0.3;
+const NOISE: f64 = 15.0;
 /// A usual deceleration per bar, m/s².
 const USUAL: f64 = 0.5;
 /// How much further open the throttle must be under braking than under drive to be turned round.
@@ -58,7 +61,7 @@ fn sign(
     }
     let range = quantile(&mut all, 0.995) - quantile(&mut all, 0.005);
     let (braked, free) =
-        (middle(view, p, |i| pull[i] < -BRAKES), middle(view, p, |i| pull[i] > -0.3));
+        (middle(view, p, |i| pull[i] < -BRAKES), middle(view, p, |i| pull[i] > -FREE));
     let (Some(braked), Some(free)) = (braked, free) else { return Ok(()) };
     if range < 0.5 * BAR || braked - free > -PRESSED * range {
         return Ok(());
@@ -136,6 +139,11 @@ fn weak(
     for (channel, own) in lines {
         let mut all = view.moving(|i| own[i]);
         let most = quantile(&mut all, 0.998);
+        // a brake that nobody uses shows its sensor's noise
+        let free = |i: usize| if pull[i] > -FREE { own[i].abs() } else { f64::NAN };
+        if view.median(free).is_none_or(|noise| most < NOISE * noise.value) {
+            continue;
+        }
         let alone = |i: usize| {
             let others = lines.iter().filter(|l| l.0 != *channel).all(|l| l.1[i] < LEAST);
             // a line that does nothing when it brakes is another matter

@@ -36,10 +36,15 @@ const CLIP: f64 = 2.0;
 const LEAST: f64 = 0.01;
 /// Fewest means: 20 s.
 const FEWEST: usize = 100;
-/// Standard errors that a finding is sure by.
-const SURE: f64 = 3.0;
-/// From which `b` on the velocity is too large, and from which its inverse on too small.
-const LARGE: [f64; 2] = [1.5, 2.5];
+/// Standard errors that a sign and a scale are sure by: filters and delays of the channels are not in them.
+const SURE: [f64; 2] = [3.0, 2.0];
+/// Below which `b` the sign is wrong: filters make a right one -0.25 at least.
+const TURNED: f64 = -0.3;
+/// From which `b` on the velocity is too large, and from which its inverse on too small; what they must be at least.
+const LARGE: [f64; 2] = [2.4, 3.0];
+const AT_LEAST: f64 = 1.8;
+/// Least product of both (a squared correlation): below it they do not go together.
+const TOGETHER: f64 = 0.1;
 
 /// `b`, or its inverse, and its standard error.
 #[derive(Debug, Clone, Copy)]
@@ -49,12 +54,12 @@ struct Scale {
 }
 
 impl Scale {
-    fn is_above(self, limit: f64) -> bool {
-        self.value - SURE * self.error > limit
+    fn is_large(self, limit: f64) -> bool {
+        self.value > limit && self.value - SURE[1] * self.error > AT_LEAST
     }
 
-    fn is_below(self, limit: f64) -> bool {
-        self.value + SURE * self.error < limit
+    fn is_negative(self) -> bool {
+        self.value + SURE[0] * self.error < 0.0
     }
 }
 
@@ -75,19 +80,23 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     let (Some(scale), Some(inverse)) = (solved(view, &rows), solved(view, &exchanged)) else {
         return Ok(());
     };
-    let seen = |s: Scale| format!("{:.2} +- {:.2} times", s.value, SURE * s.error);
-    let (code, message) = if scale.is_below(0.0) && inverse.is_below(0.0) {
+    if scale.value * inverse.value < TOGETHER {
+        return Ok(());
+    }
+    let seen = |s: Scale| format!("{:.2} +- {:.2} times", s.value, SURE[1] * s.error);
+    let is_turned = scale.value < TURNED && scale.is_negative() && inverse.is_negative();
+    let (code, message) = if is_turned {
         let seen = seen(scale);
         let message = format!(
             "velocity_y changes {seen} as acceleration_y and yaw_rate say: its sign is wrong; turn it"
         );
         (RejectionCode::SignVelocityY, message)
-    } else if scale.is_above(LARGE[0]) {
+    } else if scale.is_large(LARGE[0]) {
         let seen = seen(scale);
         let message =
             format!("velocity_y changes {seen} as acceleration_y and yaw_rate say: check its unit");
         (RejectionCode::ScaleVelocityY, message)
-    } else if inverse.is_above(LARGE[1]) {
+    } else if inverse.is_large(LARGE[1]) {
         let seen = seen(inverse);
         let message = format!(
             "acceleration_y and yaw_rate say {seen} the change of velocity_y: check its unit"
