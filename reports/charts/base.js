@@ -131,17 +131,24 @@ const bandsOf = line => [
   ...(line.lo.length ? [[line.lo, line.hi, BAND, line.scatter_lo ? LIGHT : 0.2]] : []),
   ...(line.scatter_lo ? [[line.scatter_lo, line.scatter_hi, SCATTER, DARK]] : []),
 ];
-// Lines on their common abscissa: one column per line, then its lower and upper edge.
+// What was not ridden is dashed: ordinates of the solid and of the dashed part, which reaches to its neighbours.
+const partsOf = line => {
+  const off = line.x.map(x => (line.unridden || []).some(([from, to]) => from < x && x < to));
+  if (!off.includes(true)) return [line.y];
+  return [line.y.map((y, i) => off[i] ? null : y), line.y.map((y, i) => off[i - 1] || off[i] || off[i + 1] ? y : null)];
+};
+// Lines on their common abscissa: one column per line, one of its dashed part, then its lower and upper edge.
 const columns = (chart, hidden, palette) => {
   const tables = [], series = [{}], bands = [];
   // of a group the first colour, what was measured, is wide: it shows beside a line upon it
   chart.lines.forEach((line, i) => {
     if (line.path) return; // uPlot wants rising abscissae: drawn beside the points
     const colour = palette[(line.colour ?? i) % palette.length];
-    const first = series.length;
-    const show = !hidden.has(line.name);
-    series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : chart.group && line.colour === 0 ? 3 : 1.5, pxAlign: 0, points: { show: false } });
-    const table = [line.x, line.y];
+    const show = !hidden.has(line.name), parts = partsOf(line);
+    const solid = { label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : chart.group && line.colour === 0 ? 3 : 1.5, pxAlign: 0, points: { show: false } };
+    series.push(solid);
+    if (parts.length > 1) series.push({ ...solid, dash: [6, 4] });
+    const table = [line.x, ...parts];
     for (const [low, high, key, share] of bandsOf(line)) {
       const edge = series.length;
       table.push(low, high);

@@ -7,10 +7,11 @@ use clap::{Args, ValueHint};
 
 use crate::cli::examples::BIKE;
 use crate::cli::failure::Failure;
-use crate::cli::say::{self, note, say};
+use crate::cli::say::{self, note, say, tell};
 use crate::contract::bike::{Axle, schema};
 use crate::motorcycle::catalogue::file::{cost_of, rounded, text};
 use crate::motorcycle::catalogue::owner::Portrait;
+use crate::motorcycle::catalogue::plausible::twice;
 use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
 use crate::report::terminal::wrapped;
 use crate::store::tables::names::is_plain;
@@ -49,7 +50,7 @@ pub(crate) struct New {
     #[arg(long, value_name = "SIZE")]
     rear: Option<String>,
     /// Weight of motorcycle and rider in gear, kg.
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", value_parser = kilograms)]
     weight: Option<f64>,
     /// Loads of front and rear wheel on scales, rider seated, kg: gives mass and place of the centre of mass.
     #[arg(long, value_name = "FRONT,REAR", value_parser = list::<2>)]
@@ -75,12 +76,21 @@ pub(crate) struct New {
     force: bool,
 }
 
+/// A weight: a bare number.
+fn kilograms(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    number.ok_or_else(|| "write kg with a point and without the unit, such as 270.5".to_owned())
+}
+
 /// Numbers with commas between them.
 fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
     let finite = numbers.iter().all(|x| x.is_finite()) && text.split(',').count() == N;
     let all = <[f64; N]>::try_from(numbers).ok().filter(|_| finite);
-    all.ok_or_else(|| format!("write {N} numbers with commas between them"))
+    let example = ["125.5", "135", "1.3"][..N.min(3)].join(",");
+    all.ok_or_else(|| {
+        format!("write {N} numbers with commas between them and without units, such as {example}")
+    })
 }
 
 /// Runs the command.
@@ -116,6 +126,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if !say::is_quiet() {
         summary(&portrait, &path);
     }
+    for doubt in portrait.doubts() {
+        tell!("{}", wrapped(&format!("warning: {doubt}"), say::line_width()));
+    }
     if name == "default" {
         note!("\nBikes without a file of their own are now taken as this one, with a warning.");
     } else {
@@ -141,7 +154,13 @@ fn known(new: &New) -> (Owner, Vec<String>) {
     };
     let schema = schema();
     let wrong = |text: &String| {
-        let why = owner.set(text, schema).err()?;
+        let before = owner.measured.clone();
+        let Err(why) = owner.set(text, schema) else {
+            return before.iter().find_map(|(key, was)| {
+                let values = [(was.value, "first"), (owner.measured[key].value, "then")];
+                twice(key, values)
+            });
+        };
         Some(option_of(text).unwrap_or_else(|| why.to_string()))
     };
     let wrong = new.set.iter().filter_map(wrong).collect();
@@ -304,8 +323,14 @@ impl Asked<'_> {
             let question =
                 "Another number that you measured, as wheelbase=1.43 (empty: write the file)";
             let Some(text) = self.line(question)?.filter(|a| !a.is_empty()) else { break };
-            if let Err(why) = more.set(&text, schema) {
+            let before = more.clone();
+            let fits = |owner: &Owner| owner.portrait(catalogue).map(drop);
+            let set = more.set(&text, schema);
+            // what does not fit is said now, and not kept
+            let fitted = set.and_then(|()| fits(&before).map_or(Ok(()), |()| fits(&more)));
+            if let Err(why) = fitted {
                 writeln!(self.output, "  {why}")?;
+                more = before;
             }
         }
         *owner = more;
@@ -341,6 +366,13 @@ mod tests {
     }
 
     #[test]
+    fn a_conversation_does_not_keep_a_second_value_of_a_number() {
+        let (_, owner, said) = talk("mine\nnaked\n\n\n100,170\n\nmass=300\nmass=270+-1\n\n");
+        assert!(said.contains("`mass` has two values: 270") && said.contains("300"), "{said}");
+        assert_eq!(owner.measured["mass"].value, 270.0);
+    }
+
+    #[test]
     fn an_option_that_is_given_as_a_key_is_named() {
         let says = option_of("swung_front=5.1,0.2,1.3");
         let want = "`swung_front` is an option of its own: --swung-front 5.1,0.2,1.3";
@@ -361,6 +393,11 @@ mod tests {
         assert_eq!(list::<2>("125, 135"), Ok([125.0, 135.0]));
         for text in ["125", "125,135,1", "a,b", "125,", "inf,1"] {
             assert!(list::<2>(text).is_err(), "{text}");
+        }
+        assert_eq!(kilograms(" 270.5 "), Ok(270.5));
+        for text in ["270,5", "270 kg", "inf", ""] {
+            let e = kilograms(text).expect_err(text);
+            assert!(e.contains("such as 270.5"), "{text}: {e}");
         }
     }
 }

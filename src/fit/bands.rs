@@ -175,11 +175,11 @@ impl<'a> Bands<'a> {
         Some(self.band(value, &own(fit, &contrast), change, (Part::Vehicle, C::Drag).into()))
     }
 
-    /// Overturning moment over lever: the fitted [`K_X`], m.
+    /// Overturning moment of the vehicle over lever: the fitted [`K_X`], m, known as the vehicle's coefficient is.
     pub(crate) fn overturning(&self) -> Option<Band> {
         let fit = self.solution.fits.overturning.as_ref()?;
         let inputs = &self.solution.inputs;
-        let part = Part::Front;
+        let part = Part::Vehicle;
         let share = super::cornering::overturning_share(&inputs.bike, inputs.formulation, part);
         self.multiple(fit, K_X, (part, C::OverturningStiffness).into(), share)
     }

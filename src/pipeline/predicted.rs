@@ -55,7 +55,8 @@ pub enum Planned<'a> {
     Tour(&'a Tour),
 }
 
-/// Predicts the side forces: with the scenario's bike file, and, where that gives their ratio, with one that does not.
+/// Predicts the side forces: with the bike file that the simulation writes, and, where the scenario gives their ratio, with
+/// one that does not.
 ///
 /// # Errors
 /// The ride cannot be ridden or fitted.
@@ -66,13 +67,10 @@ pub fn predict(ride: &Planned<'_>, pipeline: &Pipeline) -> Result<Vec<Predicted>
     };
     let wrong = |why: String| FileName::new("scenario", name).wrong(why);
     let (rides, bike) = ride.ridden().map_err(wrong)?;
-    let unknown = without_ratio(&bike).map_err(wrong)?;
     let mut out = Vec::new();
-    for (bike, ratio_given) in [(Some(&bike), true), (unknown.as_ref(), false)] {
-        let Some(bike) = bike else { continue };
-        let ratio_given = ratio_given && unknown.is_some();
+    for (bike, ratio_given) in files(&bike).map_err(wrong)? {
         let [planned, with_slalom] =
-            [&rides[0], &rides[1]].map(|session| fitted(session.clone(), bike, pipeline));
+            [&rides[0], &rides[1]].map(|session| fitted(session.clone(), &bike, pipeline));
         let (planned, with_slalom) = (planned.map_err(wrong)?, with_slalom.map_err(wrong)?);
         for axle in Axle::BOTH {
             for coefficient in SIDE_FORCES {
@@ -127,22 +125,45 @@ fn passes() -> Vec<Phase> {
     out
 }
 
-/// The bike file without the ratios and their uncertainties; `None` of one that has none.
-fn without_ratio(bike: &Bike) -> Result<Option<Bike>, String> {
-    let key = |axle: Axle| format!("{}.side_force_ratio", axle.name());
+/// The bike files that a ride is fitted with, and whether each gives the ratios: only one where the scenario has none.
+fn files(bike: &Bike) -> Result<Vec<(Bike, bool)>, String> {
+    let bare = written(bike, without_ratio)?;
+    let same = |axle: &Axle| {
+        let key = ratio_of(*axle);
+        bare.deviation(&key) == bike.deviation(&key)
+    };
+    let mut out = Vec::new();
+    if !Axle::BOTH.iter().all(same) {
+        out.push((written(bike, |_| ())?, true));
+    }
+    out.push((bare, false));
+    Ok(out)
+}
+
+/// The bike file that a simulation writes, after a change. What the scenario left to a default is a number of that file, and
+/// exact: the simulated motorcycle has it.
+fn written(bike: &Bike, change: impl Fn(&mut toml::Table)) -> Result<Bike, String> {
     let mut table: toml::Table = bike.to_toml().parse().map_err(|e| format!("{e}"))?;
+    change(&mut table);
+    let path = std::path::PathBuf::from(format!("{}.toml", bike.bike_id));
+    Bike::parse(&table.to_string(), &bike.bike_id, &path).map_err(|e| e.to_string())
+}
+
+/// Takes the ratios and their uncertainties out of a bike file.
+fn without_ratio(table: &mut toml::Table) {
     for axle in Axle::BOTH {
         if let Some(toml::Value::Table(wheel)) = table.get_mut(axle.name()) {
             wheel.remove("side_force_ratio");
         }
         if let Some(toml::Value::Table(sds)) = table.get_mut("uncertainty") {
-            sds.remove(&key(axle));
+            sds.remove(&ratio_of(axle));
         }
     }
-    let path = std::path::PathBuf::from(format!("{}.toml", bike.bike_id));
-    let bare = Bike::parse(&table.to_string(), &bike.bike_id, &path).map_err(|e| e.to_string())?;
-    let same = |axle: &Axle| bare.deviation(&key(*axle)) == bike.deviation(&key(*axle));
-    Ok((!Axle::BOTH.iter().all(same)).then_some(bare))
+}
+
+/// Key of a tyre's ratio in the bike file.
+fn ratio_of(axle: Axle) -> String {
+    format!("{}.side_force_ratio", axle.name())
 }
 
 /// What `run` makes of a ride.
@@ -181,11 +202,29 @@ mod tests {
     #[test]
     fn a_bike_file_without_the_ratio_knows_it_by_the_schemas_default() {
         let bike = Scenario::builtin("paper").expect("built in").machine(0).bike;
-        let bare = without_ratio(&bike).expect("a bike file").expect("had one");
-        assert_eq!(bare.mass, bike.mass);
-        assert!(
-            bare.deviation("front.side_force_ratio") > bike.deviation("front.side_force_ratio")
-        );
-        assert!(without_ratio(&bare).expect("a bike file").is_none());
+        let both = files(&bike).expect("bike files");
+        let [(given, true), (bare, false)] = &both[..] else { panic!("two files") };
+        assert_eq!((given.mass, bare.mass), (bike.mass, bike.mass));
+        let sd = |bike: &Bike| bike.deviation("front.side_force_ratio");
+        assert!(sd(given) == sd(&bike) && sd(bare) > sd(&bike));
+        assert_eq!(files(bare).expect("bike files").len(), 1);
+    }
+
+    /// The place of the velocity sensor was 5 cm uncertain in one of the two, exact in the other and for `run`.
+    #[test]
+    fn bike_files_differ_in_the_ratio_alone_and_are_as_they_are_written() {
+        for name in ["paper", "naturalistic", "archive"] {
+            let bike = Scenario::builtin(name).expect("built in").machine(0).bike;
+            let files = files(&bike).expect("bike files");
+            let path = std::path::Path::new("b.toml");
+            let read = Bike::parse(&bike.to_toml(), &bike.bike_id, path).expect("a bike file");
+            assert_eq!(files[0], (read, true), "{name}");
+            let others = |bike: &Bike| -> Vec<(String, f64)> {
+                let keys = bike.priors_of_missing().keys().chain(bike.uncertainty.keys());
+                let others = keys.filter(|key| !key.ends_with("side_force_ratio"));
+                others.map(|key| (key.clone(), bike.deviation(key))).collect()
+            };
+            assert_eq!(others(&files[0].0), others(&files[1].0), "{name}");
+        }
     }
 }

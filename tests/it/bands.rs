@@ -66,6 +66,10 @@ fn multiple_of(p: &PlotPoint) -> Option<(Id, f64)> {
     if p.plot == "coast_down" && p.x == 0.0 {
         return Some(((Part::Vehicle, C::RollingResistance).into(), f64::NAN));
     }
+    // the moment drawn is the vehicle's; its band was the front tyre's, a third wider
+    if p.plot == "overturning" {
+        return Some(((Part::Vehicle, C::OverturningStiffness).into(), f64::NAN));
+    }
     let (plot, wheel) = p.plot.rsplit_once('_')?;
     let axle = Axle::BOTH.into_iter().find(|a| a.name() == wheel)?;
     let (coefficient, factor) = match (plot, &*p.series) {
@@ -100,8 +104,8 @@ fn a_band_is_the_interval_of_the_table() {
     for id in stiffness {
         assert_eq!(seen.contains_key(&id), table[&id].status == Status::Ok, "{id}");
     }
-    let others = [C::LateralFrictionCt, C::RollingResistance];
-    assert_eq!(seen.keys().filter(|id| others.contains(&id.coefficient)).count(), 3, "{seen:?}");
+    let others = [C::LateralFrictionCt, C::RollingResistance, C::OverturningStiffness];
+    assert_eq!(seen.keys().filter(|id| others.contains(&id.coefficient)).count(), 4, "{seen:?}");
     // the height of the friction curve: at its peak the curve is mf_d and nothing else
     for axle in Axle::BOTH {
         let plot = format!("friction_x_{}", axle.name());

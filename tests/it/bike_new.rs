@@ -131,6 +131,10 @@ fn bad_usage_names_everything_and_writes_nothing() {
         ("bike new mine --class naked --scales 130", &["2 numbers"]),
         ("bike new mine --class naked --lifted 0.3,140", &["scales"]),
         ("bike new mine --class naked --weight 2000", &["2000"]),
+        ("bike new mine --class naked --weight 270,5", &["--weight", "such as 270.5"]),
+        ("bike new mine --class naked --weight 200 --scales 100,170", &["`mass`", "200", "270"]),
+        ("bike new mine --class naked --weight 270 --set mass=300", &["`mass`", "270", "300"]),
+        ("bike new mine --class naked --set mass=310 --set mass=300", &["`mass`", "310", "300"]),
         ("convert LOG --bike a/b --out x.parquet", &["a/b"]),
     ] {
         let (code, _, said) = roadbench(here, line);
@@ -143,6 +147,22 @@ fn bad_usage_names_everything_and_writes_nothing() {
     let (code, _, said) = roadbench(here, "bike new mine --class naked");
     assert!(code == 2 && said.contains("--force"), "{said}");
     assert_eq!(std::fs::read_to_string(here.join("bikes/mine.toml")).expect("there"), "mass = 1");
+}
+
+#[test]
+fn numbers_that_hardly_fit_together_are_written_with_a_warning() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (name, options, part) in [
+        ("swapped", "--front 180/55ZR17 --rear 120/70ZR17", "swapped"),
+        ("behind", "--set cg_to_front=1.40", "of the weight is on the front wheel"),
+    ] {
+        let line = format!("bike new {name} --class naked {options}");
+        let (code, _, said) = roadbench(folder.path(), &line);
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(code == 0 && said.starts_with("warning:") && said.contains(part), "{said}");
+    }
+    let (_, _, said) = roadbench(folder.path(), "bike new usual --class naked --weight 260");
+    assert_eq!(said, "");
 }
 
 #[test]

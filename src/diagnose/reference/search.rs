@@ -219,8 +219,8 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
     tried.sort_by(|a, b| a.2.total_cmp(&b.2));
     let changes = tried.into_iter().filter_map(|(rides, evidence, chance)| {
         let (change, gain) = caused(history, rides, &evidence, chance)?;
-        let is_rest = known.iter().any(|c| is_remainder(history, &change, c));
-        (!is_rest).then_some((gain, change))
+        let is_left = known.iter().any(|c| is_remainder(history, &change, c));
+        (!is_left).then_some((gain, change))
     });
     // of those that differ most, what explains most; of two that explain it alike the smaller set comes first
     let first =
@@ -228,18 +228,13 @@ fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Chan
     changes.take(COMPARED).reduce(first).map(|(_, change)| change)
 }
 
-/// Whether a change is the remainder of a large one before, beyond the first order: in rides of that, small beside it, and
-/// less than what that moved of the same number.
+/// Whether a change is the remainder of a large one before, beyond the first order: in rides of that, and small beside
+/// what they have of it.
 fn is_remainder(history: &History, change: &Change, before: &Change) -> bool {
     let clearest = |c: &Change| c.moved.iter().map(|m| m.by.t().abs()).fold(0.0, f64::max);
-    let is_in_both = (0..history.len()).any(|i| before.rides.has(i) && change.rides.has(i));
-    let is_small = clearest(change) < SHADOW * clearest(before);
-    let moves = |m: &Moved| {
-        let own = if m.number == before.cause { 1.0 } else { 0.0 };
-        let trace = trace(history, before.cause, &before.rides)[m.number];
-        m.by.size.abs() < (before.size * if trace == 0.0 { own } else { trace }).abs()
-    };
-    is_in_both && is_small && change.moved.first().is_some_and(moves)
+    let of_ride = |i: usize| if change.rides.has(i) { before.rides.share(i) } else { 0.0 };
+    let most = (0..history.len()).map(of_ride).fold(0.0, f64::max);
+    clearest(change) < SHADOW * most * clearest(before)
 }
 
 /// The change of some rides with its cause, and what the cause explains.

@@ -14,6 +14,7 @@ pub(crate) mod file;
 pub(crate) mod home;
 pub(crate) mod numbers;
 pub(crate) mod owner;
+pub(crate) mod plausible;
 pub(crate) mod tyre_size;
 
 pub(crate) use classes::Catalogue;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::classes::{Catalogue, Class, Model, Usual};
 use super::home::{lifted_axle, swung_wheel, two_scales};
 use super::numbers::{Known, Number, Origin};
+use super::plausible::twice;
 use super::tyre_size::TyreSize;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
@@ -13,6 +14,10 @@ use crate::contract::schema::{KeyTable, meant};
 
 /// Share of the deflection by which a tyre rolls shorter, as the bike file's schema says.
 const SHARE: f64 = 1.0 / 3.0;
+
+/// Where a mass is from.
+const SCALES: &str = "two scales";
+const SAID: &str = "a weight that was said, not weighed";
 
 /// What an owner knows; all of it may be missing but a class or a model.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -90,7 +95,10 @@ impl Owner {
         };
         let parse = |text: &str| {
             let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| KeyError::Values(format!("`{path}`: `{text}` is no number")))
+            number.ok_or_else(|| {
+                let form = "write it with a point and without a unit, such as 0.62";
+                KeyError::Values(format!("`{path}`: `{text}` is no number; {form}"))
+            })
         };
         let value = parse(number)?;
         let unit = key.unit.as_deref().unwrap_or("1");
@@ -156,12 +164,16 @@ impl Owner {
         };
         let sizes_said = [0, 1].map(|k| self.sizes[k].is_some() || model.is_some());
         let sizes = [front, rear];
-        let mut draft = Draft { owner: self, catalogue, class, model, numbers: Vec::new() };
+        let (numbers, twice) = (Vec::new(), Vec::new());
+        let mut draft = Draft { owner: self, catalogue, class, model, numbers, twice };
         draft.whole(&sizes)?;
         draft.wheels(&sizes, sizes_said)?;
         draft.resistance();
         draft.others();
-        let numbers = draft.numbers;
+        let Draft { numbers, twice, .. } = draft;
+        if !twice.is_empty() {
+            return Err(twice.join("; ").into());
+        }
         Ok(Portrait { class, model, sizes, sizes_said, numbers, texts: self.texts.clone() })
     }
 }
@@ -173,6 +185,8 @@ struct Draft<'a> {
     class: &'static Class,
     model: Option<&'static Model>,
     numbers: Vec<Number>,
+    /// What is said of numbers with two values.
+    twice: Vec<String>,
 }
 
 impl Draft<'_> {
@@ -181,6 +195,9 @@ impl Draft<'_> {
         let mut number =
             Number { key: key.to_owned(), known, origin, source: source.trim().to_owned() };
         if let Some(&Measured { value, sd }) = self.owner.measured.get(key) {
+            if !origin.is_guess() {
+                self.twice.extend(twice(key, [(known.value, source), (value, "set as a key")]));
+            }
             let usual = self.catalogue.measure(key).map_or(0.0, |m| m.sd(value));
             number.known = Known { value, sd: sd.unwrap_or(usual) };
             number.origin = Origin::Measured;
@@ -218,12 +235,14 @@ impl Draft<'_> {
         let measured = self.owner.measured.contains_key("wheelbase");
         let known = Known { value: length, sd: if measured { wheelbase_sd } else { length_sd } };
         let weighed = self.owner.scales.map(|loads| two_scales(loads, known)).transpose()?;
+        if let (Some([mass, _]), Some(weight)) = (weighed, self.owner.weight) {
+            self.twice.extend(twice("mass", [(mass.value, SCALES), (weight, SAID)]));
+        }
         let mass = match (weighed, self.owner.weight, model) {
-            (Some([mass, _]), ..) => self.put("mass", mass, Origin::Measured, "two scales"),
+            (Some([mass, _]), ..) => self.put("mass", mass, Origin::Measured, SCALES),
             (None, Some(value), _) => {
                 let sd = self.catalogue.tyre_size.weight;
-                let source = "a weight that was said, not weighed";
-                self.put("mass", Known { value, sd }, Origin::Said, source)
+                self.put("mass", Known { value, sd }, Origin::Said, SAID)
             }
             (None, None, Some(model)) => {
                 let value = model.kerb_mass + sheet.rider.mean;

@@ -139,6 +139,9 @@ pub(crate) struct Line {
     /// Whether the abscissae turn back: then it is drawn from point to point.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub path: bool,
+    /// Abscissae between which nothing was ridden: it is dashed there.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unridden: Vec<[f64; 2]>,
     /// Which of the time lines' colours, where it is not by its place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<usize>,

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
+use crate::report::charts::ridden;
 use crate::report::labels;
 use crate::report::plots::catalogue;
 use crate::report::plots::plot::{Axis, DATA, Plot, Section, TIMELINE};
@@ -85,6 +86,7 @@ pub(crate) fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
         let drawn = chart(&plot, PARTS, &by[name]);
         charts.extend(drawn.map(|c| Chart { name: name.into(), title: name.into(), ..c }));
     }
+    ridden::mark(&mut charts, manoeuvres);
     let panels = panels(by.get(TIMELINE).map_or(&[], Vec::as_slice));
     Figures { charts, panels, segments: manoeuvres.iter().map(segment).collect(), laps: None }
 }
@@ -234,6 +236,7 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
         scatter_hi: of_scatter(|p| p.scatter_high),
         band: if plot.section == Section::Residual { BAND_OF_MEAN } else { "" },
         path,
+        unridden: Vec::new(),
         colour: None,
     }
 }

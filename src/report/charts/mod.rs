@@ -4,3 +4,4 @@ pub(crate) mod chart;
 pub(crate) mod figures;
 pub(crate) mod pack;
 pub(crate) mod resolution;
+mod ridden;

@@ -2,6 +2,7 @@
 //! data, ranges and colours of the page.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use kuva::backend::raster::RasterBackend;
 use kuva::backend::svg::SvgBackend;
@@ -263,46 +264,70 @@ fn ramp(share: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
 }
 
-/// A line, broken where it has no value, each stretch with its band.
+/// A line, broken where it has no value, dashed where it was not ridden, each stretch with its bands.
 fn line(line: &Line, place: usize, legend: bool) -> Vec<Plot> {
     let colour = COLOURS[colour(line, place)];
     let mut plots = Vec::new();
     let mut named = !legend;
+    let mut in_legend = [legend; 2];
     for stretch in stretches(&line.y) {
-        let points: Vec<(f64, f64)> =
-            stretch.clone().filter_map(|i| Some((line.x[i], line.y[i]?))).collect();
-        let mut plot = LinePlot::new()
-            .with_data(points)
-            .with_color(colour)
-            .with_stroke_width(1.6)
-            .with_line_style(LineStyle::Solid);
-        let edge = |e: &[Option<f64>]| -> Option<Vec<f64>> {
-            stretch.clone().map(|i| e.get(i).copied().flatten()).collect()
-        };
-        let x = || stretch.clone().map(|i| line.x[i]);
-        let two = !line.scatter_lo.is_empty();
-        let bands = [
-            (&line.lo, &line.hi, if two { LIGHT } else { ONLY }, "95 % interval"),
-            (&line.scatter_lo, &line.scatter_hi, DARK, "of it scatter"),
-        ];
-        for (low, high, opacity, words) in bands {
-            if let (Some(low), Some(high)) = (edge(low), edge(high)) {
-                let band = BandPlot::new(x(), low, high).with_color(colour).with_opacity(opacity);
-                let band = if named || !two { band } else { band.with_legend(words) };
-                plots.push(Plot::Band(band));
+        plots.extend(bands(line, &stretch, colour, &mut in_legend));
+        for (run, ridden) in line.runs(&stretch) {
+            let points = run.filter_map(|i| Some((line.x[i], line.y[i]?)));
+            let mut plot = LinePlot::new()
+                .with_data(points.collect::<Vec<(f64, f64)>>())
+                .with_color(colour)
+                .with_stroke_width(1.6)
+                .with_line_style(if ridden { LineStyle::Solid } else { LineStyle::Dashed });
+            if !std::mem::replace(&mut named, true) {
+                plot = plot.with_legend(line.label.clone());
             }
+            plots.push(Plot::Line(plot));
         }
-        if !named {
-            plot = plot.with_legend(line.label.clone());
-            named = true;
-        }
-        plots.push(Plot::Line(plot));
     }
     plots
 }
 
+/// The bands of a line along a stretch, each broken where an edge is not known. Of two, those still
+/// `in_legend` say there what they are.
+fn bands(
+    line: &Line,
+    stretch: &Range<usize>,
+    colour: &str,
+    in_legend: &mut [bool; 2],
+) -> Vec<Plot> {
+    let two = !line.scatter_lo.is_empty();
+    let all = [
+        (&line.lo, &line.hi, if two { LIGHT } else { ONLY }, "95 % interval"),
+        (&line.scatter_lo, &line.scatter_hi, DARK, "of it scatter"),
+    ];
+    let mut plots = Vec::new();
+    for ((low, high, opacity, words), in_legend) in all.into_iter().zip(in_legend) {
+        for known in banded(low, high, stretch) {
+            let of = |edge: &[Option<f64>]| edge[known.clone()].iter().flatten().copied().collect();
+            let (low, high): (Vec<f64>, Vec<f64>) = (of(low), of(high));
+            let mut band = BandPlot::new(line.x[known.clone()].to_vec(), low, high)
+                .with_color(colour)
+                .with_opacity(opacity);
+            if two && std::mem::take(in_legend) {
+                band = band.with_legend(words);
+            }
+            plots.push(Plot::Band(band));
+        }
+    }
+    plots
+}
+
+/// Runs of places of a stretch at which both edges are known.
+fn banded(low: &[Option<f64>], high: &[Option<f64>], stretch: &Range<usize>) -> Vec<Range<usize>> {
+    let at = |edge: &[Option<f64>], i: usize| edge.get(i).copied().flatten();
+    let known: Vec<Option<f64>> = stretch.clone().map(|i| at(low, i).and(at(high, i))).collect();
+    let first = stretch.start;
+    stretches(&known).into_iter().map(|run| first + run.start..first + run.end).collect()
+}
+
 /// Runs of places that have a value.
-fn stretches(y: &[Option<f64>]) -> Vec<std::ops::Range<usize>> {
+fn stretches(y: &[Option<f64>]) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     let mut start = None;
     for i in 0..=y.len() {
@@ -355,6 +380,33 @@ mod tests {
         assert!(svg.contains("(wheel load: 100 N light, 300 dark)"));
         assert_eq!(stretches(&drawn.lines[0].y), [0..2, 3..4]);
         assert_eq!((ramp(0.0), ramp(1.0)), ("#3fa7c4".into(), "#3a0f4f".into()));
+    }
+
+    /// Charts whose curve ends at 0, where it has no interval, were drawn without any band.
+    #[test]
+    fn a_point_without_an_interval_leaves_the_rest_of_the_band() {
+        let x: Vec<f64> = (0..6).map(f64::from).collect();
+        let edge = |by: f64, missing: &[usize]| -> Vec<Option<f64>> {
+            let at = |(i, x): (usize, &f64)| (!missing.contains(&i)).then_some(x + by);
+            x.iter().enumerate().map(at).collect()
+        };
+        let drawn = Line {
+            y: edge(0.0, &[]),
+            lo: edge(-0.2, &[2]),
+            hi: edge(0.2, &[2, 5]),
+            scatter_lo: edge(-0.1, &[5]),
+            scatter_hi: edge(0.1, &[5]),
+            x: x.clone(),
+            ..Line::default()
+        };
+        assert_eq!(banded(&drawn.lo, &drawn.hi, &(0..6)), [0..2, 3..5]);
+        assert_eq!(banded(&drawn.lo, &drawn.hi, &(1..4)), [1..2, 3..4]);
+        assert!(banded(&[], &[], &(0..6)).is_empty());
+        let plots = line(&drawn, 0, true);
+        let bands = plots.iter().filter(|p| matches!(p, Plot::Band(_))).count();
+        assert_eq!((bands, plots.len()), (3, 4), "two of the interval, one of the scatter");
+        let svg = svg(&scene(&Chart { lines: vec![drawn], ..Chart::default() }));
+        assert!(svg.matches("95 % interval").count() <= 1);
     }
 
     #[test]
