@@ -23,6 +23,7 @@ use crate::ingest::map_for;
 use crate::ingest::maps::ChannelMap;
 use crate::ingest::maps::file::with_aids;
 use crate::ingest::maps::propose::compare::{Comparison, compare, mend};
+use crate::ingest::maps::propose::mend::out_of_reach;
 use crate::ingest::maps::propose::physics::{Verdict, Verdicts};
 use crate::store::objects::Location;
 use crate::store::objects::files::read_text;
@@ -101,6 +102,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
              or give the rows' `rate` there; without it the map cannot be read\n"
         );
     }
+    // the smoother of an inertial unit makes its speed of the receiver's
+    if !["velocity_x", "satellite_speed"].iter().any(|c| text.contains(&format!("\n[channel.{c}]")))
+    {
+        tell!(
+            "warning: no_velocity: no channel is mapped to velocity_x: give the speed over ground in the map's \
+             [channel.velocity_x] (`from` and `unit`); without it every run rejects the log\n"
+        );
+    }
     put_map(&arguments, &text, &format!("{sure} columns mapped, {guesses} guesses commented out"))
 }
 
@@ -125,32 +134,56 @@ fn check(
         return Err(Failure::Usage(message));
     };
     let found = compare(&fitted, listing, verdicts);
-    let mut said = report(&found);
-    let named = |w: &Warning| found.findings.iter().any(|f| Some(f.channel) == w.channel);
-    let mut wrong = found.findings.len();
-    for warning in as_read(&arguments.log, maps, bike).iter().filter(|w| !named(w)) {
+    let text = read_text(path)
+        .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
+    let beyond = out_of_reach(&text, &found.findings).len();
+    let mendable = found.findings.len() - beyond;
+    if !arguments.mend {
+        let known = |w: &Warning| found.findings.iter().any(|f| Some(f.channel) == w.channel);
+        let (said, left) = by_run(&as_read(&arguments.log, maps, bike), |w| !known(w));
+        print(&(report(&found) + &said))?;
+        return refused(mendable, beyond + left);
+    }
+    tell!("{}", report(&found));
+    let mended = mend(&text, listing, &found.findings);
+    put_map(arguments, &mended, &format!("{mendable} mended"))?;
+    let mut after =
+        ChannelMap::parse(&mended, &path.display().to_string()).map_err(Failure::usage)?;
+    after.aids = maps.first().map_or_else(Aids::default, |map| map.aids.clone());
+    let (said, left) = by_run(&as_read(&arguments.log, &[after], bike), |_| true);
+    tell!("{said}");
+    refused(0, beyond + left)
+}
+
+/// What a run's checks say, for people, and how much of it contradicts the map.
+fn by_run(warnings: &[Warning], keep: impl Fn(&Warning) -> bool) -> (String, usize) {
+    let mut said = String::new();
+    let mut wrong = 0;
+    for warning in warnings.iter().filter(|w| keep(w)) {
         let channel = warning.channel.map_or("log", Channel::name);
         let _ = writeln!(said, "{channel}: {}: {}", warning.code, warning.message);
         wrong += usize::from(!UNDECIDED.contains(&warning.code));
     }
-    if arguments.mend {
-        let text = read_text(path)
-            .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
-        tell!("{said}");
-        let wrong = found.findings.len();
-        return put_map(
-            arguments,
-            &mend(&text, listing, &found.findings),
-            &format!("{wrong} mended"),
-        );
-    }
-    print(&said)?;
-    match wrong {
-        0 => Ok(()),
-        n => Err(Failure::Rejected(format!(
-            "{n} of the map's statements contradict the log's motion; --mend writes the map without them"
-        ))),
-    }
+    (said, wrong)
+}
+
+/// What is wrong with a map: so many statements that `--mend` corrects, and so many that it leaves.
+fn refused(mendable: usize, left: usize) -> Result<(), Failure> {
+    let said = match (mendable, left) {
+        (0, 0) => return Ok(()),
+        (n, 0) => format!(
+            "{n} of the map's statements contradict the log's motion; --mend corrects them or comments them out"
+        ),
+        (0, n) => format!(
+            "{n} of the map's statements contradict the log, and --mend leaves them as they are: correct them by hand"
+        ),
+        (n, m) => format!(
+            "{} of the map's statements contradict the log: --mend corrects {n} or comments them out, and leaves {m} to \
+             be corrected by hand",
+            n + m
+        ),
+    };
+    Err(Failure::Rejected(said))
 }
 
 /// What a run's checks say without contradicting the map.
@@ -242,6 +275,16 @@ fn ask(
 mod tests {
     use super::*;
     use crate::ingest::formats::listing::SourceChannel;
+
+    /// What is promised of `--mend` is what it does.
+    #[test]
+    fn what_mend_leaves_is_said() {
+        let said = |mendable, left| refused(mendable, left).expect_err("wrong").parts().1;
+        assert!(refused(0, 0).is_ok());
+        assert!(said(2, 0).contains("2 of the map's") && said(2, 0).contains("--mend corrects"));
+        assert!(said(0, 2).contains("--mend leaves them") && said(0, 2).contains("by hand"));
+        assert!(said(1, 2).starts_with("3 of") && said(1, 2).contains("leaves 2"));
+    }
 
     #[test]
     fn guesses_are_asked_about_and_answers_obeyed() {

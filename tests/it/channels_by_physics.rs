@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::map_for;
 use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::maps::propose::compare::compare;
 
 #[path = "../../examples/channels/truth.rs"]
 pub mod truth;
@@ -100,6 +102,134 @@ fn a_speed_is_found_whatever_it_is_called() {
     let speed = judged.verdicts.sure(Channel::VelocityX).expect("found");
     assert_eq!(speed.unit, "km/h");
     assert!(speed.why.iter().any(|w| w.contains("the log says m/s")), "{:?}", speed.why);
+}
+
+/// A log with channels under other names, their numbers multiplied.
+fn relabelled(text: &str, channels: &[(&str, String, f64)]) -> String {
+    let mut lines = text.lines().map(|l| l.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let mut header = lines.next().expect("a header");
+    let place = |name: &str| header.iter().position(|c| c == name).expect("a channel");
+    let places: Vec<usize> = channels.iter().map(|c| place(c.0)).collect();
+    for (place, (_, name, _)) in places.iter().zip(channels) {
+        header[*place].clone_from(name);
+    }
+    let mut out = header.join(",") + "\n";
+    for mut cells in lines {
+        for (place, (_, _, factor)) in places.iter().zip(channels) {
+            let x: f64 = cells[*place].parse().expect("a number");
+            cells[*place] = format!("{:.3}", factor * x);
+        }
+        out += &(cells.join(",") + "\n");
+    }
+    out
+}
+
+fn superbike() -> String {
+    std::fs::read_to_string(fixture("superbike.csv")).expect("bundled")
+}
+
+/// A radius that a wheel can have proves no unit: some number of teeth gives any of them.
+#[test]
+fn pulses_of_a_wheel_are_a_guess_until_their_number_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("pulses.csv");
+    let [front, rear] = circumference("superbike");
+    let pulses = |metres: f64| 54.0 / 3.6 / metres;
+    for unit in [" (Hz)", ""] {
+        let text = relabelled(
+            &superbike(),
+            &[
+                ("Wheel Speed F (km/h)", format!("Wheel Speed F{unit}"), pulses(front)),
+                ("Wheel Speed R (km/h)", format!("Wheel Speed R{unit}"), pulses(rear)),
+            ],
+        );
+        std::fs::write(&path, text).expect("written");
+        let judged = judged(&path);
+        for wheel in [Channel::WheelSpeedFront, Channel::WheelSpeedRear] {
+            assert!(judged.verdicts.sure(wheel).is_none(), "{unit}: {}", judged.draft);
+            let all = &judged.verdicts.entries;
+            let guess = all.iter().find(|e| e.channel == wheel).expect("a guess");
+            let doubt = guess.doubt.clone().expect("a doubt");
+            assert!(doubt.contains("as `ratio`") && doubt.contains("about 5"), "{doubt}");
+        }
+        // with the number of teeth it is right, and nobody objects
+        let map = format!(
+            "name = \"m\"\nformat = \"csv\"\n[time]\ncolumn = \"Time (ms)\"\nunit = \"ms\"\n[channel.wheel_speed_front]\n\
+             from = \"Wheel Speed F{unit}\"\nunit = \"Hz\"\nratio = 54\n"
+        );
+        let map = ChannelMap::parse(&map, "m").expect(&map);
+        let fitted = map_for(&judged.log, &[map]).expect("fits").expect("needs one");
+        let found = compare(&fitted, &judged.listing, &judged.verdicts);
+        assert!(found.findings.is_empty(), "{unit}: {:?}", found.findings);
+    }
+}
+
+/// The path tells the delay of a yaw angle badly: it is not passed on to the gyroscope, nor is the receiver's to it.
+#[test]
+fn a_yaw_angle_makes_no_delay() {
+    let text = superbike();
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    let place = header.split(',').position(|c| c == "Course (deg)").expect("a course");
+    let rows: Vec<&str> = lines.collect();
+    let mut course: Vec<f64> = Vec::new();
+    for row in &rows {
+        let x: f64 = row.split(',').nth(place).and_then(|c| c.parse().ok()).expect("a number");
+        let last = course.last().copied().unwrap_or(x);
+        course.push(last + (x - last + 180.0).rem_euclid(360.0) - 180.0);
+    }
+    // 0.1 s behind the wheels: half of the receiver's delay
+    let at = |i: usize| course[i.min(course.len() - 1)];
+    let mut out = header.replace("Course (deg)", "Course error (deg)")
+        + ",Yaw angle (deg),Yaw Rate (deg/s)\n";
+    for (i, row) in rows.iter().enumerate() {
+        out += &format!("{row},{:.2},{:.3}\n", -at(i + 1), (at(i) - at(i + 2)) / 0.2);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("yaw.csv");
+    std::fs::write(&path, out).expect("written");
+    let judged = judged(&path);
+    for channel in [Channel::Yaw, Channel::YawRate, Channel::Roll] {
+        let entry = judged.verdicts.sure(channel).unwrap_or_else(|| panic!("{}", judged.draft));
+        assert_eq!(entry.delay, 0.0, "{channel}: {}", judged.draft);
+    }
+}
+
+/// A declared pressure that no brake of a motorcycle has is a guess; a map with it is mended and says so.
+#[test]
+fn a_pressure_in_another_unit_than_the_log_says_is_no_entry_in_force() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let psi = |text: &str| {
+        text.replace("Brake F (bar)", "Brake F (psi)").replace("Brake R (bar)", "Brake R (psi)")
+    };
+    std::fs::write(at("psi.csv"), psi(&superbike())).expect("written");
+    let judged = judged(Path::new(&at("psi.csv")));
+    for brake in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
+        assert!(judged.verdicts.sure(brake).is_none(), "{}", judged.draft);
+        let guess = judged.verdicts.entries.iter().find(|e| e.channel == brake).expect("a guess");
+        assert_eq!(guess.unit, "bar", "{}", judged.draft);
+    }
+    let map = map_text("superbike", circumference("superbike"), None);
+    let map = psi(&map).replace("unit = \"bar\"", "unit = \"psi\" # as its header says");
+    std::fs::write(at("psi.toml"), map).expect("written");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::cargo_bin("roadbench").expect("built");
+        let output = command.arg("map").arg(at("psi.csv")).args(arguments).output().expect("ran");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, out, err) = run(&["--map", &at("psi.toml")]);
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(out.contains("brake_pressure_front: wrong unit"), "{out}");
+    assert!(err.contains("--mend corrects"), "{err}");
+    let (code, out, err) = run(&["--map", &at("psi.toml"), "--mend", "--out", &at("mended.toml")]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let mended = std::fs::read_to_string(at("mended.toml")).expect("written");
+    assert!(mended.contains("unit = \"bar\" # as its header says"), "{mended}");
+    assert!(mended.contains("file_unit = \"psi\""), "{mended}");
+    let (code, out, err) = run(&["--map", &at("mended.toml")]);
+    assert_eq!(code, Some(0), "{out}{err}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A channel map against what the motion says: wrong channels, signs, units and delays.
 
+pub use super::mend::mend;
 use super::motion;
 use super::physics::{Verdict, Verdicts};
 use crate::contract::channel::Channel;
@@ -9,7 +10,7 @@ use crate::ingest::maps::{ChannelMap, Entry};
 use crate::ingest::session_schema::si_unit;
 
 /// A factor beside the right one beyond this is another unit.
-const UNIT: f64 = 1.35;
+pub(super) const UNIT: f64 = 1.35;
 /// Delays are held against each other beyond this, s, ...
 const LATE: f64 = 0.06;
 /// ... and beyond so many standard errors.
@@ -84,10 +85,10 @@ pub fn compare(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> Comp
     out
 }
 
-/// Whether an entry is sure but for its radius.
+/// Whether an entry is sure but for its radius, or for which of two units it has.
 fn sure(verdicts: &Verdicts, channel: Channel) -> Option<&Verdict> {
-    let good =
-        |e: &&Verdict| e.channel == channel && (e.doubt.is_none() || motion::lacks_radius(e));
+    let but = |e: &Verdict| e.doubt.is_none() || motion::lacks_radius(e) || e.of_two_units();
+    let good = |e: &&Verdict| e.channel == channel && but(e);
     verdicts.entries.iter().find(good)
 }
 
@@ -137,7 +138,7 @@ fn judge(
         find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };
-    let only_part = motion::lacks_radius(own) || own.untimed();
+    let only_part = motion::lacks_radius(own) || own.untimed() || own.of_two_units();
     if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !only_part) {
         find(Wrong::Kind, format!("`{name}`: {doubt}"), None);
         return true;
@@ -184,7 +185,7 @@ fn kept(verdict: &Verdict, entry: &Entry) -> Verdict {
         .doubt
         .clone()
         .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()))
-        .filter(|_| !verdict.untimed());
+        .filter(|_| !(verdict.untimed() || verdict.of_two_units()));
     Verdict { channel: entry.channel, radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
 }
 
@@ -227,36 +228,4 @@ fn common_shift(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> f64
         .unwrap_or(0.0);
     // errors of the measured delays are no shift
     if middle.abs() < LATE { 0.0 } else { middle }
-}
-
-/// A map's text with the wrong entries replaced; what else is written in it stays.
-pub fn mend(text: &str, listing: &Listing, findings: &[Finding]) -> String {
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let mut done: Vec<Channel> = Vec::new();
-    for finding in findings {
-        if done.contains(&finding.channel) {
-            continue;
-        }
-        done.push(finding.channel);
-        let head = format!("[channel.{}]", finding.channel);
-        let Some(start) = lines.iter().position(|l| l.trim() == head) else { continue };
-        let end = lines[start + 1..]
-            .iter()
-            .position(|l| l.trim_start().starts_with('['))
-            .map_or(lines.len(), |n| start + 1 + n);
-        // comments in front of the next table are its own
-        let own = lines[start..end]
-            .iter()
-            .rposition(|l| !(l.trim().is_empty() || l.trim_start().starts_with('#')));
-        let end = own.map_or(end, |n| start + n + 1);
-        let new: Vec<String> = match &finding.mended {
-            Some(verdict) => motion::entry(verdict, listing).lines().map(str::to_owned).collect(),
-            None => {
-                let out = lines[start..end].iter().map(|l| format!("# {l}"));
-                std::iter::once(format!("# taken out: {}", finding.message)).chain(out).collect()
-            }
-        };
-        lines.splice(start..end, new);
-    }
-    lines.join("\n") + "\n"
 }

@@ -15,6 +15,7 @@ pub(crate) mod compare;
 mod languages;
 #[cfg(test)]
 mod loggers;
+pub(crate) mod mend;
 pub(crate) mod motion;
 pub(crate) mod physics;
 mod words;
@@ -106,10 +107,18 @@ fn write_map(
 /// Whether a channel may hold the stamps of the others by its name and unit, how well its name suits, the smaller the
 /// better, and its unit if anything says it.
 pub(crate) fn clock(channel: &SourceChannel) -> Option<(usize, Option<&str>)> {
-    let (rank, by_name) = names::clock(&channel.name)?;
+    let (rank, by_name) = names::clock(&channel.name).or_else(|| short_clock(&channel.name))?;
     let own = channel.unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
     let known = own.and_then(units::dimension);
     known.is_none_or(|d| d == "time").then_some((rank, own.filter(|_| known.is_some()).or(by_name)))
+}
+
+/// `t_s` and its like: behind every other name of a clock.
+fn short_clock(name: &str) -> Option<(usize, Option<&'static str>)> {
+    let name = names::folded(name);
+    let unit =
+        ["s", "ms", "us", "ns"].into_iter().find(|unit| name.strip_prefix("t ") == Some(unit))?;
+    Some((usize::MAX, Some(unit)))
 }
 
 /// The channel whose name is best for a column; of equal ones the first.
@@ -120,7 +129,8 @@ pub(crate) fn best_named(channels: &[SourceChannel], column: Channel) -> Option<
     scored.max_by_key(|(score, i)| (*score, usize::MAX - i)).map(|s| s.1)
 }
 
-fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
+/// The clock of a log, by its stamps or, where nobody could judge them, by its name.
+fn found_clock(listing: &Listing) -> Option<ListedClock> {
     let by_name = || {
         let ranked = listing.channels.iter().enumerate();
         let ranked = ranked.filter_map(|(i, c)| Some((clock(c)?, i)));
@@ -128,7 +138,11 @@ fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
         Some(ListedClock { channel, unit: unit.map(str::to_owned), ..ListedClock::default() })
     };
     let judged = !listing.layout.is_empty() || listing.clock.is_some();
-    let Some(clock) = listing.clock.clone().or_else(|| by_name().filter(|_| !judged)) else {
+    listing.clock.clone().or_else(|| by_name().filter(|_| !judged))
+}
+
+fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
+    let Some(clock) = found_clock(listing) else {
         return writeln!(out, "\n# [time]\n# column = \"...\"\n# unit = \"s\" # or rate = 100");
     };
     writeln!(out)?;
@@ -286,6 +300,18 @@ mod tests {
             ..SourceChannel::default()
         };
         Listing { channels: channels.iter().map(channel).collect(), ..Listing::default() }
+    }
+
+    #[test]
+    fn a_short_name_with_a_unit_of_time_is_a_clock() {
+        let of = |name: &str| {
+            let channel = SourceChannel { name: name.into(), ..SourceChannel::default() };
+            clock(&channel).map(|c| c.1.map(str::to_owned))
+        };
+        assert_eq!(of("t_s"), Some(Some("s".to_owned())));
+        assert_eq!(of("t ms"), Some(Some("ms".to_owned())));
+        assert_eq!(of("t_air"), None);
+        assert_eq!(of("ax_s"), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::physics::{RADIUS, Verdict, Verdicts};
 use super::words::RULES;
-use super::{MOST, called, quoted, write_time};
+use super::{MOST, called, found_clock, quoted, write_time};
 use crate::contract::channel::Channel;
 use crate::ingest::formats::listing::Listing;
 
@@ -44,6 +44,13 @@ fn write(
     )?;
     for remark in &verdicts.remarks {
         comment(out, remark)?;
+    }
+    if !own_clock && found_clock(listing).is_none() {
+        comment(
+            out,
+            "No clock was found: how fast anything changes is by an assumed rate. Accelerations, rates and delays below \
+             say nothing until [time] is given.",
+        )?;
     }
     writeln!(out, "name = {}\nformat = {}", quoted(name), quoted(format))?;
     if !listing.layout.is_empty() {
@@ -127,6 +134,11 @@ pub(crate) fn entry(verdict: &Verdict, listing: &Listing) -> String {
     out
 }
 
+/// How far a radius may be off that stands in for the logger's own, one standard deviation, m.
+pub(super) fn radius_sd(radius: f64) -> f64 {
+    (1e4 * NOMINAL * radius).round() / 1e4
+}
+
 fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::fmt::Result {
     let channel = &listing.channels[verdict.source];
     let mark = if verdict.doubt.is_some() { "# " } else { "" };
@@ -155,10 +167,10 @@ fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::f
     }
     if let Some(radius) = verdict.radius {
         writeln!(out, "{mark}radius = {radius} # m, that the source computed it with")?;
-        let sd = (1e4 * NOMINAL * radius).round() / 1e4;
         writeln!(
             out,
-            "{mark}radius_sd = {sd} # m; take it out where the logger's own radius is known"
+            "{mark}radius_sd = {} # m; take it out where the logger's own radius is known",
+            radius_sd(radius)
         )?;
     }
     if verdict.delay > 0.0 {
@@ -182,7 +194,7 @@ fn left_over(out: &mut String, listing: &Listing, verdicts: &Verdicts) -> std::f
 }
 
 /// A text as comment lines.
-fn comment(out: &mut String, text: &str) -> std::fmt::Result {
+pub(super) fn comment(out: &mut String, text: &str) -> std::fmt::Result {
     let mut line = String::new();
     for word in text.split_whitespace() {
         if !line.is_empty() && line.len() + word.len() + 3 > WIDTH {

@@ -144,9 +144,9 @@ pub(super) const RULES: &[Rule] = &[
         "acc").hint(EULER),
     rule(SteerAngle, "angle", &["steer", "steering", "steer angle", "steering angle", "handlebar"], "rate torque velocity"),
     rule(WheelSpeedFront, "angular rate", &["wheel speed front", "wheel front", "wheel speed f", "speed front",
-        "whl f", "speed f", "wheel f", "v front", "vfront", "wheel fr", "speed fr", "wheel spd front"], "pressure temp brake susp fl fr torque acc"),
+        "whl f", "speed f", "wheel f", "wspd f", "wspd front", "v front", "vfront", "wheel fr", "speed fr", "wheel spd front"], "pressure temp brake susp fl fr torque acc"),
     rule(WheelSpeedRear, "angular rate", &["wheel speed rear", "wheel rear", "wheel speed r", "speed rear",
-        "whl r", "speed r", "wheel r", "v rear", "vrear", "wheel spd rear"], "pressure temp brake susp rl rr torque acc front fr"),
+        "whl r", "speed r", "wheel r", "wspd r", "wspd rear", "v rear", "vrear", "wheel spd rear"], "pressure temp brake susp rl rr torque acc front fr"),
     rule(BrakePressureFront, "pressure", &["brake pressure front", "brake pressure f", "brake press front",
         "brake press f", "brake front", "brake f", "brake fr", "p brake front", "master cylinder front"], "temp rear tyre tire"),
     rule(BrakePressureRear, "pressure", &["brake pressure rear", "brake pressure r", "brake press rear",
@@ -192,13 +192,19 @@ pub(super) const RULES: &[Rule] = &[
 pub(super) fn words(name: &str) -> Vec<String> {
     let own = own_words(name);
     let mut words = Vec::with_capacity(own.len());
-    for word in own {
-        match english(&folded(&word)) {
+    for (i, word) in own.iter().enumerate() {
+        match english(&folded(word)) {
             Some(english) => words.extend(english.split(' ').map(str::to_owned)),
-            None => words.push(word),
+            None if is_german_wheel(word, own.get(i + 1)) => words.push("wheel".to_owned()),
+            None => words.push(word.clone()),
         }
     }
     words
+}
+
+/// `Rad vorne` is a wheel; elsewhere the word is a unit of angles.
+fn is_german_wheel(word: &str, next: Option<&String>) -> bool {
+    word == "rad" && next.is_some_and(|next| matches!(next.as_str(), "vorn" | "vorne" | "hinten"))
 }
 
 /// The words of a name as they stand there, in lower case.
@@ -247,6 +253,8 @@ mod tests {
         assert_eq!(words("GPSSpeed (km/h)"), ["gps", "speed", "km", "h"]);
         assert_eq!(words("angular_velocity.z"), ["angular", "velocity", "z"]);
         assert!(words("__").is_empty());
+        assert_eq!(words("Rad vorne"), ["wheel", "front"]);
+        assert_eq!(words("lean rad"), ["lean", "rad"]);
     }
 
     #[test]
@@ -319,6 +327,10 @@ mod tests {
             ("FWheelSpeed", WheelSpeedFront),
             ("RWheelSpeed", WheelSpeedRear),
             ("Front Wheel Speed", WheelSpeedFront),
+            ("Rad vorne", WheelSpeedFront),
+            ("Rad hinten", WheelSpeedRear),
+            ("wspd_f", WheelSpeedFront),
+            ("wspd_r", WheelSpeedRear),
             ("SPEED FRONT", WheelSpeedFront),
             ("SPEED REAR", WheelSpeedRear),
             ("BrakePressF", BrakePressureFront),
@@ -357,6 +369,7 @@ mod tests {
             "Coolant Temp",
             "Battery",
             "wind speed",
+            "wspd",
             "E_grip",
             "Throttle Target",
             "TPS raw",

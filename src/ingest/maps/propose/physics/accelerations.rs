@@ -4,6 +4,7 @@ use super::delay::delay;
 use super::log::{Log, unit_of};
 use super::signal::{self, earlier, line, mean};
 use super::speeds::{MOVING, Motion, SPAN};
+use super::turning::BY_POSITION;
 use super::verdict::{Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
@@ -131,7 +132,9 @@ fn along(
         let not_level = seat(place);
         let Some(l) = found.filter(|l| l.r.abs() > 0.8) else {
             let r = found.map_or(0.0, |l| l.r);
-            let seen = not_level.unwrap_or_else(|| "not along the bike, or badly filtered".into());
+            let seen = not_level.unwrap_or_else(|| {
+                "not along the bike, badly filtered, or the log's clock is wrong".into()
+            });
             out.left
                 .push((place, format!("named like {column}, but r = {r:.2} with dv/dt: {seen}")));
             continue;
@@ -217,7 +220,8 @@ fn across(
         };
         let mut v = Verdict { confirmed: true, ..Verdict::new(column, place, &unit.name) };
         v.sign = l.slope.signum();
-        (v.delay, v.delay_error) = late.map_or((0.0, None), |d| (d.value, Some(d.error)));
+        (v.delay, v.delay_error) =
+            late.map_or((0.0, None), |d| (d.value, Some(d.error.hypot(BY_POSITION))));
         let side = if l.slope > 0.0 { "left" } else { "right" };
         v = v.because(format!(
             "r = {:.4} with v x turn of {}, {:.2} m/s2 per unit: {}; positive to the {side}",

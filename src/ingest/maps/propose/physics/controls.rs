@@ -6,7 +6,7 @@ use super::log::Log;
 use super::signal::{self, change, line, mean, regression};
 use super::speeds::{Motion, SPAN};
 use super::throttle;
-use super::verdict::{Verdict, Verdicts};
+use super::verdict::{PRESSURE, Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::ingest::maps::units;
@@ -14,8 +14,10 @@ use crate::ingest::maps::units;
 /// No rear brake decelerates more than this by itself, m/s² (0.36 g): the rear wheel is too light then.
 const REAR_ALONE: f64 = 0.36 * GRAVITY;
 /// Deceleration by the front brake per bar, m/s²: 25 to 90 N m/bar on 275 kg and 0.3 m; machines differ by a factor
-/// of 2 either way.
+/// of 2 either way, and rides that use both brakes at once blur it to 3.
 const PER_BAR: f64 = 0.6;
+/// A unit suits if it is that within this factor.
+const USUAL: f64 = 3.0;
 const PRESSURES: [&str; 5] = ["bar", "kPa", "psi", "Pa", "mbar"];
 /// Delays of the driver's actions are not known better than this, s: what follows them takes its time.
 const ACTION: f64 = 0.05;
@@ -357,20 +359,8 @@ fn pressure(
         };
     }
     v.confirmed = true;
-    if own.is_none() {
-        let per = |unit: &str| {
-            let bars = units::conversion(unit, "bar").map_or(1.0, |c| c.factor);
-            (brake.gain / (PER_BAR * bars)).abs().ln().abs()
-        };
-        let best = PRESSURES.iter().min_by(|a, b| per(a).total_cmp(&per(b)));
-        match best.filter(|b| front && per(b) < 3.0_f64.ln() && brake.gain > 0.0) {
-            Some(unit) => {
-                v.unit = (*unit).to_owned();
-                v = v.because(format!("{:.3} m/s2 per unit: {unit}", brake.gain));
-            }
-            // the rear one does too little to tell its unit: the front one's, if that is of the same logger
-            None => v.unit = "?".into(),
-        }
+    if front || own.is_none() {
+        v = with_unit(v, own, brake.gain, front);
     }
     // engine braking comes before the brake: it must not be taken for it
     let slow: Vec<f64> = motion.speed.iter().map(|v| v * v).collect();
@@ -384,9 +374,47 @@ fn pressure(
     v
 }
 
-/// The rear pressure's unit is the front's, once that is known.
-pub(super) fn same_pressure_unit(out: &mut Verdicts) {
+/// The front pressure's unit by the deceleration per unit (`gain`, m/s2): the log's, else what suits it best.
+fn with_unit(mut v: Verdict, own: Option<&str>, gain: f64, front: bool) -> Verdict {
+    let per = |unit: &str| {
+        let bars = units::conversion(unit, "bar").map_or(1.0, |c| c.factor);
+        (gain / (PER_BAR * bars)).abs().ln().abs()
+    };
+    let suits = |unit: &str| front && gain > 0.0 && per(unit) < USUAL.ln();
+    let best = PRESSURES.iter().copied().min_by(|a, b| per(a).total_cmp(&per(b)));
+    match (own, best.filter(|b| suits(b))) {
+        (Some(own), _) if suits(own) => v,
+        (Some(own), Some(unit)) => {
+            v.unit = unit.to_owned();
+            v.because(format!("{gain:.3} m/s2 per unit: {unit}, not {own} as the log says"))
+                .doubted(PRESSURE)
+        }
+        (Some(own), None) => v.because(format!(
+            "{gain:.3} m/s2 per {own}: no unit suits it, usual are {:.1} to {:.1} m/s2 a bar",
+            PER_BAR / USUAL,
+            PER_BAR * USUAL
+        )),
+        (None, Some(unit)) => {
+            v.unit = unit.to_owned();
+            v.because(format!("{gain:.3} m/s2 per unit: {unit}"))
+        }
+        // the rear one does too little to tell its unit: the front one's, if that is of the same logger
+        (None, None) => Verdict { unit: "?".into(), ..v },
+    }
+}
+
+/// The rear pressure's unit is the front's, once that is known; and what holds of the log's own unit holds of both.
+pub(super) fn same_pressure_unit(log: &Log<'_>, out: &mut Verdicts) {
     let front = out.entries.iter().find(|e| e.channel == Channel::BrakePressureFront).cloned();
+    let own = |e: &Verdict| log.unit(e.source, "pressure").map(str::to_owned);
+    if let Some(front) = front.as_ref().filter(|f| f.of_two_units()) {
+        let rears = out.entries.iter_mut().filter(|e| e.channel == Channel::BrakePressureRear);
+        for rear in rears.filter(|e| own(e) == own(front)) {
+            rear.unit.clone_from(&front.unit);
+            rear.why.push(format!("in {} as the front one", front.unit));
+            rear.doubt.get_or_insert(PRESSURE.into());
+        }
+    }
     let Some(rear) =
         out.entries.iter_mut().find(|e| e.channel == Channel::BrakePressureRear && e.unit == "?")
     else {

@@ -14,7 +14,9 @@
 
 mod accelerations;
 mod controls;
+mod course;
 mod delay;
+mod ground;
 mod inertial;
 mod lag;
 mod log;
@@ -24,14 +26,15 @@ mod speeds;
 mod throttle;
 mod turning;
 pub(crate) mod verdict;
+mod wheel;
 
 use crate::contract::channel::Channel;
 
 pub(crate) use self::log::Log;
 pub(crate) use self::signal::Clock;
-pub(crate) use self::speeds::RADIUS;
 use self::verdict::FAR;
 pub(crate) use self::verdict::{Verdict, Verdicts};
+pub(crate) use self::wheel::RADIUS;
 
 /// Delays below this are not written, s, ...
 const LATE: f64 = 0.015;
@@ -55,7 +58,7 @@ pub(crate) fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
             turning::turning(log, &mut motion, &mut out);
             accelerations::accelerations(log, &motion, &mut out);
             controls::controls(log, &motion, &mut out);
-            controls::same_pressure_unit(&mut out);
+            controls::same_pressure_unit(log, &mut out);
             controls::travel(log, &motion, &mut out);
             inertial::inertial(log, &motion, &mut out);
             rest::others(log, &motion, &mut out);
@@ -70,6 +73,11 @@ pub(crate) fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
     out
 }
 
+/// Whether a yaw angle is the frame's, positive to the left: a receiver's is a compass course.
+fn of_frame(verdict: &Verdict) -> bool {
+    verdict.channel == Channel::Yaw && verdict.sign > 0.0
+}
+
 /// The least delay of the receiver after the wheels: its course turns that much after the lean, and no sensor of a
 /// lean is early.
 fn after_lean(out: &Verdicts) -> Option<f64> {
@@ -77,7 +85,7 @@ fn after_lean(out: &Verdicts) -> Option<f64> {
     let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     let wheel = out.entries.iter().any(|e| wheels.contains(&e.channel));
     let roll = of(Channel::Roll).filter(|e| e.delay_error.is_some_and(|s| s < 0.1))?;
-    let turn = of(Channel::Yaw).or_else(|| of(Channel::Latitude))?;
+    let turn = of(Channel::Yaw).filter(|e| !of_frame(e)).or_else(|| of(Channel::Latitude))?;
     wheel.then_some(turn.delay - roll.delay - turning::LEADS)
 }
 
@@ -136,7 +144,7 @@ fn delays(out: &mut Verdicts) {
         (a, b) => a.or(b).map(|e| (e.delay, e.delay_error)),
     };
     let own = own.map(|(delay, error)| (bound.map_or(delay, |b| delay.max(b)), error));
-    for e in out.entries.iter_mut().filter(|e| receiver.contains(&e.channel)) {
+    for e in out.entries.iter_mut().filter(|e| receiver.contains(&e.channel) && !of_frame(e)) {
         let Some((delay, error)) = own else { continue };
         let near = e.delay_error.is_none() || (e.delay - delay).abs() < RECEIVER;
         if near {

@@ -6,9 +6,12 @@ use super::speeds::Motion;
 use super::turning::by_name;
 use super::verdict::Verdicts;
 use crate::contract::channel::Channel;
+use crate::ingest::maps::units;
 
 /// A channel that goes with another like this is the same thing again.
 const SAME: f64 = 0.985;
+/// ... and like this it is the same number by number.
+const EXACT: f64 = 0.9999;
 
 /// Channels that hold nothing, one number, or a flag.
 pub(super) fn still(log: &Log<'_>, out: &mut Verdicts) {
@@ -80,7 +83,7 @@ pub(super) fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
         if taken || log.live(place).is_none() {
             continue;
         }
-        let why = copy(log, place, out).unwrap_or_else(|| unlike(log, motion, place));
+        let why = copy(log, motion, place, out).unwrap_or_else(|| unlike(log, motion, place));
         out.left.push((place, why));
     }
 }
@@ -104,19 +107,28 @@ fn laps(log: &Log<'_>, out: &mut Verdicts) {
 }
 
 /// What a channel repeats: a raw voltage, a target, the same in another unit.
-fn copy(log: &Log<'_>, place: usize, out: &Verdicts) -> Option<String> {
+fn copy(log: &Log<'_>, motion: &Motion, place: usize, out: &Verdicts) -> Option<String> {
+    use Channel::{VelocityX, WheelSpeedFront, WheelSpeedRear};
     let x = log.x(place);
-    let of = |e: &super::verdict::Verdict| Some((e.source, line(log.x(e.source), x)?));
     let best = out
         .entries
         .iter()
-        .filter_map(of)
+        .filter_map(|e| Some((e, line(log.x(e.source), x)?)))
         .filter(|(_, l)| l.r.abs() > SAME)
         .max_by(|a, b| a.1.r.abs().total_cmp(&b.1.r.abs()))?;
-    let (source, l) = best;
+    let (entry, l) = best;
     let high = super::signal::quantile(x, 0.98).abs();
-    let name = log.name(source);
+    let name = log.name(entry.source);
     let offset = l.offset.abs() > 0.02 * high;
+    let of_speed = [VelocityX, WheelSpeedFront, WheelSpeedRear].contains(&entry.channel);
+    if of_speed && !offset && l.r < EXACT {
+        let radius = radius(log, motion, place).map_or(String::new(), |said| format!(" ({said})"));
+        return Some(format!(
+            "goes with `{name}` (r = {:.4}), but is not the same: a wheel's speed, by a name that is not known, or a \
+             filtered one{radius}; if it is a wheel's, enter it as wheel_speed_front or wheel_speed_rear",
+            l.r
+        ));
+    }
     Some(match offset {
         true => format!(
             "goes with `{name}` (r = {:.4}) as {:.4} times it {:+.3}: its raw signal, or the same in another unit",
@@ -127,6 +139,14 @@ fn copy(log: &Log<'_>, place: usize, out: &Verdicts) -> Option<String> {
             l.r, l.slope
         ),
     })
+}
+
+/// The radius of a wheel that spins like this in the log's own unit, for people.
+fn radius(log: &Log<'_>, motion: &Motion, place: usize) -> Option<String> {
+    let unit = log.unit(place, "angular rate")?;
+    let factor = units::conversion("rad/s", unit).ok()?.factor;
+    let slope = line(&motion.speed, log.x(place))?.slope;
+    Some(format!("in {unit} its radius would be {:.3} m", factor / slope))
 }
 
 fn unlike(log: &Log<'_>, motion: &Motion, place: usize) -> String {

@@ -1,10 +1,12 @@
 //! Position, speed over ground and the wheels' speeds: they go with each other.
 
 use super::delay::Delay;
+use super::ground::velocity;
 use super::lag::{Wheel, lag};
-use super::log::{Log, Unit, unit_of};
+use super::log::{Log, unit_of};
 use super::signal::{self, RATE, change, line, mean, regression};
-use super::verdict::{FAR, Verdict, Verdicts};
+use super::verdict::{FAR, Verdicts};
+use super::wheel;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::geodesy::metres_per_degree;
@@ -19,13 +21,7 @@ const ALIKE: f64 = 0.97;
 /// The same of a channel that is named like a wheel: wheels slip.
 const WHEEL_ALIKE: f64 = 0.93;
 /// Units of speeds that loggers write.
-const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
-/// Units of spins that loggers write.
-const SPINS: [&str; 4] = ["rad/s", "rpm", "rev/s", "deg/s"];
-/// Radii of motorcycle wheels, m.
-const RADII: std::ops::Range<f64> = 0.24..0.37;
-/// How far wheel speeds by a nominal circumference are off.
-const NOMINAL: f64 = 0.08;
+pub(super) const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
 /// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
 const REFERENCE: f64 = 0.02;
 /// Faster than any motorcycle: a position that jumps, m/s.
@@ -34,8 +30,6 @@ const FASTEST: f64 = 120.0;
 const JUMPS: f64 = 0.15;
 /// Share of the time that a speed may be off the reference, a dropout, a stop of the receiver.
 const OFF: f64 = 0.1;
-/// A channel as near to a wheel's speed as this is that speed, m/s.
-const COPY: f64 = 0.12;
 
 /// Where the log says it was.
 pub(super) struct Position {
@@ -147,7 +141,7 @@ fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
 }
 
 /// Whether a channel is named like a wheel's speed.
-fn is_wheel(log: &Log<'_>, place: usize) -> bool {
+pub(super) fn is_wheel(log: &Log<'_>, place: usize) -> bool {
     let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     columns.iter().any(|c| log.score(place, *c).is_some())
 }
@@ -240,7 +234,8 @@ fn believed(delay: Delay) -> Delay {
     }
 }
 
-fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
+/// Its samples in m/s.
+pub(super) fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
     log.x(speed.place).iter().map(|x| x / speed.slope).collect()
 }
 
@@ -253,9 +248,14 @@ fn named_reference(log: &Log<'_>) -> Option<(Vec<f64>, String)> {
             let si: Vec<f64> = log.x(place).iter().map(|x| x * factor).collect();
             let v = mean(&si, SPAN);
             let moving = v.iter().filter(|v| **v > MOVING).count() as f64 / RATE;
-            (moving > 20.0).then(|| (v, format!("speed `{}`", log.name(place))))
+            (moving > 20.0).then(|| (v, called(log, place)))
         },
     )
+}
+
+/// What a draft calls the speed that it holds others against.
+pub(super) fn called(log: &Log<'_>, place: usize) -> String {
+    format!("speed `{}`", log.name(place))
 }
 
 /// Front and rear wheel among the speeds.
@@ -316,17 +316,11 @@ fn wheels(
             unit_of(None, "m/s", &SPEEDS, o.slope, 0.03).is_some()
                 && log.unit(o.place, "angular rate").is_none()
         });
-        let (mut verdict, unit) = wheel(log, speed, column, radii.map(|r| r[k]), other.is_some());
+        let mut verdict = wheel::entry(log, speed, column, radii.map(|r| r[k]), other.is_some());
         verdict.why.insert(0, format!("r = {:.4} with the {from}", speed.r));
         verdict.why.extend(order.clone());
         if let Some(doubt) = doubts[k].take() {
             verdict = verdict.doubted(doubt);
-        }
-        if unit.is_none() {
-            verdict = verdict.doubted(format!(
-                "{:.3} of its numbers are 1 m/s: no unit of a speed or a spin",
-                speed.slope
-            ));
         }
         // the clock that the others are held against
         verdict.delay_error = Some(REFERENCE);
@@ -359,159 +353,4 @@ fn driven(log: &Log<'_>, first: &Speed, second: &Speed, lateral: &[f64]) -> Opti
     };
     let (found, error) = regression(&columns, &ratio, keep)?;
     Some((found[0], found[0] / error[0]))
-}
-
-/// The entry of a wheel and its unit by the motion.
-fn wheel(
-    log: &Log<'_>,
-    speed: &Speed,
-    column: Channel,
-    radius: Option<f64>,
-    surely_surface: bool,
-) -> (Verdict, Option<Unit>) {
-    let place = speed.place;
-    let own = log.unit(place, "speed");
-    let spin = log.unit(place, "angular rate");
-    // a spin's unit gives a radius that a wheel can have
-    let as_spin = |unit: &str| {
-        let factor = units::conversion("rad/s", unit).ok()?.factor;
-        let r = factor / speed.slope;
-        RADII.contains(&r).then_some(r)
-    };
-    let near = if own.is_some() || surely_surface { 2.0 * NOMINAL } else { NOMINAL };
-    let surface = unit_of(own, "m/s", &SPEEDS, speed.slope, near).filter(|_| spin.is_none());
-    let turning = spin.into_iter().chain(SPINS).find_map(|u| Some((u, as_spin(u)?)));
-    let verdict = |unit: &str| Verdict { confirmed: true, ..Verdict::new(column, place, unit) };
-    match (surface, turning) {
-        (Some(unit), Some((other, r))) if own.is_none() && unit.name != "m/s" => {
-            let doubt = format!(
-                "its numbers suit a surface speed in {} as well as {other} with a radius of {r:.3} m",
-                unit.name
-            );
-            let near = (speed.slope
-                / units::conversion("m/s", &unit.name).map_or(1.0, |c| c.factor))
-            .ln()
-            .abs();
-            let v = with_radius(verdict(&unit.name), &unit, speed, radius);
-            // both would do, but loggers' circumferences are right within a few per cent
-            (if near < 0.03 || surely_surface { v } else { v.doubted(doubt) }, Some(unit))
-        }
-        (Some(unit), _) => (with_radius(verdict(&unit.name), &unit, speed, radius), Some(unit)),
-        (None, Some((unit, r))) => {
-            let not = spin.filter(|s| *s != unit).map(str::to_owned);
-            let v = verdict(unit).because(format!("in {unit} its radius is {r:.3} m"));
-            (v, Some(Unit { name: unit.to_owned(), not }))
-        }
-        (None, None) => (verdict(own.or(spin).unwrap_or("?")), None),
-    }
-}
-
-fn with_radius(verdict: Verdict, unit: &Unit, speed: &Speed, radius: Option<f64>) -> Verdict {
-    let factor = units::conversion("m/s", &unit.name).map_or(1.0, |c| c.factor);
-    let ratio = speed.slope / factor;
-    let mut v = verdict.because(format!(
-        "a surface speed in {}, {:+.1} % off the ground's",
-        unit.name,
-        100.0 * (ratio - 1.0)
-    ));
-    if let Some(not) = &unit.not {
-        v = v.because(format!("not in {not}, as the log says"));
-    }
-    match radius {
-        Some(radius) => {
-            v.radius = Some(radius);
-            v.because("its radius is the bike file's: better is the circumference set in the logger over 2 pi")
-        }
-        None => {
-            v.radius = Some(0.3);
-            v.doubted(RADIUS)
-        }
-    }
-}
-
-/// The doubt that only a radius takes away.
-pub(crate) const RADIUS: &str =
-    "a speed: with which radius did the logger compute it? put it in, or give --bike";
-
-/// Speed over ground among the speeds.
-fn velocity(
-    log: &Log<'_>,
-    speeds: &[Speed],
-    wheels: &[Option<Speed>; 2],
-    in_si_wheels: &[Option<Vec<f64>>; 2],
-    from: &str,
-    out: &mut Verdicts,
-) -> Option<Speed> {
-    let column = Channel::VelocityX;
-    let taken = |s: &&Speed| wheels.iter().flatten().all(|w| w.place != s.place);
-    let wheel_name = |place: usize| is_wheel(log, place);
-    let mut found: Vec<(bool, usize, &Speed, Unit)> = Vec::new();
-    for speed in speeds.iter().filter(taken).filter(|s| !wheel_name(s.place)) {
-        let own = log.unit(speed.place, "speed");
-        if log.of_other_dimension(speed.place, &["speed"]) {
-            continue;
-        }
-        let Some(unit) = unit_of(own, "m/s", &SPEEDS, speed.slope, 0.06) else { continue };
-        let x = in_si(log, speed);
-        let copy = in_si_wheels
-            .iter()
-            .enumerate()
-            .find(|(_, w)| w.as_ref().and_then(|w| line(w, &x)).is_some_and(|l| l.rms < COPY));
-        if let Some((k, _)) = copy {
-            let wheel = wheels[k].as_ref().map(|w| log.name(w.place)).unwrap_or_default();
-            let step = log.live(speed.place).map_or(0.0, |s| s.step);
-            out.left.push((speed.place, format!("it is `{wheel}` again, in steps of {step:.3}")));
-            continue;
-        }
-        let named = log.score(speed.place, column);
-        found.push((named.is_some(), named.unwrap_or(0), speed, unit));
-    }
-    for i in log.named(column) {
-        let other = found.iter().any(|f| f.2.place == i) || out.left_out(i).is_some();
-        if !other && !wheel_name(i) {
-            let r = line(&mean(log.x(i), SPAN), &reference_of(log, wheels, i)).map(|l| l.r);
-            let seen = r.map_or(String::new(), |r| format!(" (r = {r:.2})"));
-            out.left.push((
-                i,
-                format!("named like {column}, but it does not go with the {from}{seen}"),
-            ));
-        }
-    }
-    // the best name first; of equal names the one that goes best with the position
-    found.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(b.2.r.total_cmp(&a.2.r)));
-    let rivals: Vec<&(bool, usize, &Speed, Unit)> =
-        found.iter().skip(1).filter(|f| (f.0, f.1) == (found[0].0, found[0].1)).collect();
-    let clear = |f: &&&(bool, usize, &Speed, Unit)| (1.0 - f.2.r) > 2.0 * (1.0 - found[0].2.r);
-    // the same numbers again are no rival
-    let ours = in_si(log, found.first()?.2);
-    let same = |f: &Speed| line(&ours, &in_si(log, f)).is_some_and(|l| l.rms < COPY);
-    let unclear = rivals.iter().any(|f| !clear(&f) && !same(f.2));
-    let best = found.first()?;
-    for (i, (named, _, speed, unit)) in found.iter().enumerate().take(4) {
-        let mut v = Verdict { confirmed: true, ..Verdict::new(column, speed.place, &unit.name) };
-        v = v.because(format!(
-            "r = {:.4} with the {from}, {:.4} of its numbers are 1 m/s: {}",
-            speed.r, speed.slope, unit.name
-        ));
-        if let Some(not) = &unit.not {
-            v = v.because(format!("the log says {not}, the motion does not"));
-        }
-        if !named {
-            v = v.because("its name did not tell, its motion did");
-        }
-        if i > 0 {
-            v = v.doubted(format!("`{}` suits better", log.name(best.2.place)));
-        } else if unclear {
-            v = v.doubted(
-                "there is more than one such channel, and the motion does not tell them apart",
-            );
-        }
-        out.entries.push(v);
-    }
-    Some(best.2.clone())
-}
-
-/// A wheel's speed, for the figure of a channel that is none.
-fn reference_of(log: &Log<'_>, wheels: &[Option<Speed>; 2], _: usize) -> Vec<f64> {
-    wheels.iter().flatten().next().map_or(Vec::new(), |w| mean(&in_si(log, w), SPAN))
 }

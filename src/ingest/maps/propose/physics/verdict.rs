@@ -6,6 +6,10 @@ use crate::contract::channel::Channel;
 pub(crate) const UNTIMED: &str =
     "how late it is shows too badly in this log; with a `delay` that you know it is right";
 
+/// Of a brake pressure whose deceleration suits another unit than the log's: only its owner knows which is right.
+pub(crate) const PRESSURE: &str =
+    "the log says another unit than its deceleration suits: which one is it? put it in";
+
 /// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
 pub(crate) const FAR: f64 = 5.0;
 
@@ -73,6 +77,11 @@ impl Verdict {
     /// Whether only its delay is not sure.
     pub fn untimed(&self) -> bool {
         self.doubt.as_deref() == Some(UNTIMED)
+    }
+
+    /// Whether only the unit is not sure, as the log contradicts the motion.
+    pub fn of_two_units(&self) -> bool {
+        self.doubt.as_deref() == Some(PRESSURE)
     }
 
     /// Makes it a guess.
