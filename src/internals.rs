@@ -372,7 +372,8 @@ pub mod ingest {
         }
         pub mod propose {
             pub mod compare {
-                pub use crate::ingest::maps::propose::compare::{Wrong, compare, mend};
+                pub use crate::ingest::maps::propose::compare::{compare, mend};
+                pub use crate::ingest::maps::propose::finding::Wrong;
             }
             pub mod physics {
                 pub use crate::ingest::maps::propose::physics::verdict::{Verdict, Verdicts};

@@ -5,10 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::difference::OTHERS;
 use super::numbers::{History, Ride};
 use super::search::{Change, Evidence, search_of};
-use super::sets::{Kind, Rides};
+use super::sets::{Kind, OTHERS, Rides};
 use super::{changed, words};
 use crate::store::tables::rows::{ChangeRow, Ident};
 

@@ -15,13 +15,11 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::belief::Belief;
-use super::sets::{DRIFT, Kind, Rides};
+use super::sets::{DRIFT, Kind, OTHERS, Rides};
 use crate::statistics::order::{median_of_finite, median_or_zero};
 
 /// Degrees of freedom of what is believed of the scatter before any ride is compared.
 const BELIEF: f64 = 4.0;
-/// Fewest rides on the other side.
-pub(crate) const OTHERS: usize = 3;
 /// Standard deviations from which on a ride weighs less.
 const CLIP: f64 = 1.5;
 /// What a clipped squared standard normal is on average.

@@ -33,10 +33,9 @@ use rayon::prelude::*;
 use crate::statistics::discovery::discovery_rates;
 use crate::store::tables::changes::place;
 use crate::store::tables::rows::{ChangeRow, Ident};
-use difference::OTHERS;
 use numbers::{History, Ride};
 use search::{Change, Found, search};
-use sets::{Kind, Rides};
+use sets::{Kind, OTHERS, Rides};
 
 /// Share of false ones among the changes that are reported.
 pub(crate) const FALSE_DISCOVERIES: f64 = 0.05;

@@ -11,10 +11,11 @@
 
 use std::collections::BTreeSet;
 
-use super::difference::OTHERS;
 use super::numbers::History;
 use crate::contract::instant;
 
+/// Fewest rides on the other side.
+pub(crate) const OTHERS: usize = 3;
 /// Fewest rides of a set that is not one odd ride.
 const SET: usize = 2;
 /// Fewest rides that show a drift.

@@ -54,3 +54,14 @@ pub struct Number {
     /// The same in more words.
     pub source: String,
 }
+
+/// Two values of one number that differ by less, relatively, are one that was rounded.
+const ROUNDED: f64 = 1e-3;
+
+/// Says that a number has two values, each with where it is from; `None` where they are the same.
+pub(crate) fn twice(key: &str, values: [(f64, &str); 2]) -> Option<String> {
+    let [(a, of_a), (b, of_b)] = values;
+    let differ = (a - b).abs() > ROUNDED * a.abs().max(b.abs());
+    let [a, b] = [a, b].map(|x| (1e4 * x).round() / 1e4);
+    differ.then(|| format!("`{key}` has two values: {a} ({of_a}) and {b} ({of_b}); leave one out"))
+}

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::classes::{Catalogue, Class, Model, Usual};
 use super::home::{lifted_axle, swung_wheel, two_scales};
-use super::numbers::{Known, Number, Origin};
-use super::plausible::twice;
+use super::numbers::{Known, Number, Origin, twice};
 use super::tyre_size::TyreSize;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;

@@ -1,23 +1,12 @@
-//! What an owner says that does not fit together: two values of one number, and combinations that hardly any motorcycle
-//! has.
+//! Combinations of numbers that hardly any motorcycle has.
 
 use super::classes::{Class, Usual};
 use super::owner::Portrait;
 
-/// Two values of one number that differ by less, relatively, are one that was rounded.
-const ROUNDED: f64 = 1e-3;
 /// So many standard deviations from what is usual of the class are worth a look: an estimate.
 const FAR: f64 = 5.0;
 /// A front tyre wider than this many rear ones is rather a swapped one; of bicycles some are 1.15 times as wide: an estimate.
 const WIDER: f64 = 1.2;
-
-/// Says that a number has two values, each with where it is from; `None` where they are the same.
-pub(crate) fn twice(key: &str, values: [(f64, &str); 2]) -> Option<String> {
-    let [(a, of_a), (b, of_b)] = values;
-    let differ = (a - b).abs() > ROUNDED * a.abs().max(b.abs());
-    let [a, b] = [a, b].map(|x| (1e4 * x).round() / 1e4);
-    differ.then(|| format!("`{key}` has two values: {a} ({of_a}) and {b} ({of_b}); leave one out"))
-}
 
 impl Portrait {
     /// What to check of numbers that are each possible, but hardly together; sentences.
@@ -68,7 +57,6 @@ fn usual(class: &Class, share: &Usual) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::{Catalogue, Owner};
-    use super::*;
     use crate::contract::bike::schema;
 
     /// A naked motorcycle with some keys set.

@@ -1,5 +1,7 @@
 //! A channel map against what the motion says: wrong channels, signs, units and delays.
 
+use super::finding::UNIT;
+pub(crate) use super::finding::{Finding, Wrong};
 pub use super::mend::mend;
 use super::motion;
 use super::physics::{Verdict, Verdicts};
@@ -9,53 +11,10 @@ use crate::ingest::maps::units;
 use crate::ingest::maps::{ChannelMap, Entry};
 use crate::ingest::session_schema::si_unit;
 
-/// A factor beside the right one beyond this is another unit.
-pub(super) const UNIT: f64 = 1.35;
 /// Delays are held against each other beyond this, s, ...
 const LATE: f64 = 0.06;
 /// ... and beyond so many standard errors.
 const SURE: f64 = 3.0;
-
-/// What is wrong with an entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wrong {
-    /// Another channel is this column.
-    Channel,
-    /// The channel is no such quantity.
-    Kind,
-    /// Its sign.
-    Sign,
-    /// Its unit or scale.
-    Unit,
-    /// Its delay to the others.
-    Delay,
-}
-
-impl Wrong {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Wrong::Channel => "wrong channel",
-            Wrong::Kind => "no such quantity",
-            Wrong::Sign => "wrong sign",
-            Wrong::Unit => "wrong unit",
-            Wrong::Delay => "wrong delay",
-        }
-    }
-}
-
-/// Something wrong in a map.
-#[derive(Debug, Clone)]
-pub struct Finding {
-    /// The column.
-    pub channel: Channel,
-    /// What is wrong.
-    pub wrong: Wrong,
-    /// What was seen.
-    pub message: String,
-    /// The entry that would be right; `None` where it should go.
-    pub mended: Option<Verdict>,
-}
 
 /// What a comparison gave.
 #[derive(Debug, Clone, Default)]

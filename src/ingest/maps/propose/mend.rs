@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::compare::{Finding, UNIT, Wrong};
+use super::finding::{Finding, UNIT, Wrong};
 use super::physics::Verdict;
 use super::{called, motion, quoted};
 use crate::contract::channel::Channel;

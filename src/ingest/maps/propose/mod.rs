@@ -12,6 +12,7 @@ use crate::ingest::formats::listing::{ListedClock, Listing, SourceChannel};
 use crate::ingest::maps::units;
 
 pub(crate) mod compare;
+pub(crate) mod finding;
 mod languages;
 #[cfg(test)]
 mod loggers;

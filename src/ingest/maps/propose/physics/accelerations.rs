@@ -1,10 +1,11 @@
 //! Accelerations: `a_x = dv/dt`, `a_y = v r`, and the vertical feels about one g.
 
+use super::course::BY_POSITION;
 use super::delay::delay;
 use super::log::{Log, unit_of};
 use super::signal::{self, earlier, line, mean};
-use super::speeds::{MOVING, Motion, SPAN};
-use super::turning::BY_POSITION;
+use super::speed::SPAN;
+use super::speeds::{MOVING, Motion};
 use super::verdict::{Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;

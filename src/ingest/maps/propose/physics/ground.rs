@@ -2,7 +2,7 @@
 
 use super::log::{Log, Unit, unit_of};
 use super::signal::{change, line, mean};
-use super::speeds::{SPAN, SPEEDS, Speed, called, in_si, is_wheel};
+use super::speed::{SPAN, SPEEDS, Speed, called, in_si, is_wheel};
 use super::verdict::{Verdict, Verdicts};
 use crate::contract::channel::Channel;
 

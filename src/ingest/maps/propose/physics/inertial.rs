@@ -9,7 +9,8 @@
 
 use super::log::{Log, Unit, unit_of};
 use super::signal::{self, mean};
-use super::speeds::{MOVING, Motion, SPAN};
+use super::speed::SPAN;
+use super::speeds::{MOVING, Motion};
 use super::turning::RATES;
 use super::verdict::{Verdict, Verdicts};
 use crate::GRAVITY;

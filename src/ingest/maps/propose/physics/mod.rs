@@ -22,6 +22,7 @@ mod lag;
 mod log;
 mod rest;
 mod signal;
+mod speed;
 mod speeds;
 mod throttle;
 mod turning;

@@ -5,6 +5,7 @@ use super::ground::velocity;
 use super::lag::{Wheel, lag};
 use super::log::{Log, unit_of};
 use super::signal::{self, RATE, change, line, mean, regression};
+use super::speed::{SPAN, SPEEDS, Speed, called, in_si, is_wheel};
 use super::verdict::{FAR, Verdicts};
 use super::wheel;
 use crate::GRAVITY;
@@ -12,16 +13,12 @@ use crate::contract::channel::Channel;
 use crate::contract::geodesy::metres_per_degree;
 use crate::ingest::maps::units;
 
-/// Half of the time over which positions give a speed, points: 0.5 s.
-pub(super) const SPAN: usize = 10;
 /// Above this the bike moves, m/s.
 pub(super) const MOVING: f64 = 3.0;
 /// Least correlation with the speed of a channel that is a speed.
 const ALIKE: f64 = 0.97;
 /// The same of a channel that is named like a wheel: wheels slip.
 const WHEEL_ALIKE: f64 = 0.93;
-/// Units of speeds that loggers write.
-pub(super) const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
 /// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
 const REFERENCE: f64 = 0.02;
 /// Faster than any motorcycle: a position that jumps, m/s.
@@ -38,15 +35,6 @@ pub(super) struct Position {
     pub speed: Vec<f64>,
     /// Direction, rad, to the left, without jumps; NaN at rest.
     pub course: Vec<f64>,
-}
-
-/// A channel that is a speed.
-#[derive(Debug, Clone)]
-pub(super) struct Speed {
-    pub place: usize,
-    /// The log's numbers per m/s.
-    pub slope: f64,
-    pub r: f64,
 }
 
 /// The motion that every other channel is held against, on the clock of the wheels, or of the speed without wheels.
@@ -140,12 +128,6 @@ fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
     (lost as f64 <= OFF * there as f64).then(|| line(reference, &near))?
 }
 
-/// Whether a channel is named like a wheel's speed.
-pub(super) fn is_wheel(log: &Log<'_>, place: usize) -> bool {
-    let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
-    columns.iter().any(|c| log.score(place, *c).is_some())
-}
-
 /// Speed over ground and wheels, and what everything else is held against; `None` where the log has no speed.
 pub(super) fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
     let position = position(log);
@@ -234,11 +216,6 @@ fn believed(delay: Delay) -> Delay {
     }
 }
 
-/// Its samples in m/s.
-pub(super) fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
-    log.x(speed.place).iter().map(|x| x / speed.slope).collect()
-}
-
 /// Without a position: the speed whose name and unit say most.
 fn named_reference(log: &Log<'_>) -> Option<(Vec<f64>, String)> {
     [Channel::VelocityX, Channel::WheelSpeedFront, Channel::WheelSpeedRear].into_iter().find_map(
@@ -251,11 +228,6 @@ fn named_reference(log: &Log<'_>) -> Option<(Vec<f64>, String)> {
             (moving > 20.0).then(|| (v, called(log, place)))
         },
     )
-}
-
-/// What a draft calls the speed that it holds others against.
-pub(super) fn called(log: &Log<'_>, place: usize) -> String {
-    format!("speed `{}`", log.name(place))
 }
 
 /// Front and rear wheel among the speeds.

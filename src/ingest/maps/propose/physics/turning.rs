@@ -4,26 +4,23 @@
 //! (1)  yaw rate = d(course)/dt        (2)  tan(roll) = -v r / g
 //! ```
 
-use super::course::course;
+use super::course::{ANGLES, BY_POSITION, course};
 use super::delay::{Delay, delay};
 use super::log::{Log, unit_of};
 use super::signal::{change, earlier, line, mean};
-use super::speeds::{MOVING, Motion, SPAN};
+use super::speed::SPAN;
+use super::speeds::{MOVING, Motion};
 use super::verdict::{Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::ingest::maps::units;
 use crate::statistics::order;
 
-pub(super) const ANGLES: [&str; 2] = ["deg", "rad"];
 pub(super) const RATES: [&str; 2] = ["deg/s", "rad/s"];
 /// A motorcycle leans by this much more than its centre of mass would have to: tyres are wide.
 const TYRES: f64 = 1.08;
 /// Bends that tell whether a gyroscope leans with the bike, rad of lean.
 const LEANING: f64 = 0.45;
-/// The turn of a path tells delays no better than this, s: up to 0.2 off on simulated rides, as the motorcycle slips to
-/// the side. Nor does a course or yaw angle, whose own delay is by the path.
-pub(super) const BY_POSITION: f64 = 0.08;
 /// A gyroscope is taken to be late only beyond so many standard errors: boxes seldom are.
 const FAR: f64 = 4.0;
 /// The frame leans and yaws before the path of a receiver turns, by about this, s.

@@ -1,7 +1,7 @@
 //! A wheel's entry: a surface speed or a spin, and in which unit.
 
 use super::log::{Log, Unit, unit_of};
-use super::speeds::{SPEEDS, Speed};
+use super::speed::{SPEEDS, Speed};
 use super::verdict::Verdict;
 use crate::contract::channel::Channel;
 use crate::ingest::maps::units;

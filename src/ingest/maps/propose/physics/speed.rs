@@ -1,0 +1,34 @@
+//! A channel that is a speed.
+
+use super::log::Log;
+use crate::contract::channel::Channel;
+
+/// Half of the time over which positions give a speed, points: 0.5 s.
+pub(super) const SPAN: usize = 10;
+/// Units of speeds that loggers write.
+pub(super) const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
+
+/// A channel that is a speed.
+#[derive(Debug, Clone)]
+pub(super) struct Speed {
+    pub place: usize,
+    /// The log's numbers per m/s.
+    pub slope: f64,
+    pub r: f64,
+}
+
+/// Whether a channel is named like a wheel's speed.
+pub(super) fn is_wheel(log: &Log<'_>, place: usize) -> bool {
+    let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    columns.iter().any(|c| log.score(place, *c).is_some())
+}
+
+/// Its samples in m/s.
+pub(super) fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
+    log.x(speed.place).iter().map(|x| x / speed.slope).collect()
+}
+
+/// What a draft calls the speed that it holds others against.
+pub(super) fn called(log: &Log<'_>, place: usize) -> String {
+    format!("speed `{}`", log.name(place))
+}
