@@ -93,7 +93,7 @@ pub fn summary(
         });
         if c.status != Status::Ok
             && !shared
-            && let Some(reason) = c.why()
+            && let Some(reason) = read.why()
         {
             for text in wrap(&clean(&reason), width - 6) {
                 line(&mut out, &format!("      {text}"));
