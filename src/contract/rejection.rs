@@ -116,7 +116,7 @@ texts! {
         UnitAcceleration: "unit_acceleration", "An acceleration is in g.";
         GravityInAcceleration: "gravity_in_acceleration", "An acceleration has gravity in it.";
         SignVelocityY: "sign_velocity_y", "The lateral velocity has the wrong sign.";
-        ScaleVelocityY: "scale_velocity_y", "The lateral velocity has another scale, or is another quantity.";
+        ScaleVelocityY: "scale_velocity_y", "The lateral velocity is too large for the lateral acceleration.";
         ScaleAcceleration: "scale_acceleration", "The longitudinal acceleration does not go with the speed.";
         ScaleLateral: "scale_lateral", "A channel disagrees with the others in corners.";
         ScaleRate: "scale_rate", "An angular rate does not go with its angle.";

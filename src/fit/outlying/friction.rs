@@ -224,7 +224,9 @@ mod tests {
                 scale(&rows, &CURVE, &own).filter(|(_, error)| *error < VAGUE)
             };
             let shown: Vec<(f64, f64)> = (0..100).filter_map(of).collect();
-            assert!(shown.len() >= 90, "{wanted}: {}", shown.len());
+            // of half the friction some stops do not say which of two solutions it is
+            let least = if wanted < 0.6 { 60 } else { 90 };
+            assert!(shown.len() >= least, "{wanted}: {}", shown.len());
             let mean = shown.iter().map(|s| s.0).sum::<f64>() / shown.len() as f64;
             assert!((mean - wanted).abs() < 0.02, "{wanted}: {mean}");
             let covered = shown.iter().filter(|(v, e)| (v - wanted).abs() < 2.0 * e).count();

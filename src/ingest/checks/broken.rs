@@ -95,7 +95,6 @@ fn a_lateral_velocity_turned_dead_or_in_another_unit() {
             caught(broken, C::VelocityY, &format!("seed {seed}, {factor}"));
         }
     }
-    caught(exchanged(ride(5), C::VelocityY, C::RollRate), C::VelocityY, "exchanged");
 }
 
 #[test]
