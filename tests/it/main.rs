@@ -42,6 +42,7 @@ mod lane_change;
 mod lane_change_forms;
 mod lap_fade;
 mod laps;
+mod lateral_velocity;
 mod levels;
 mod loggers;
 mod metamorphic;

@@ -16,7 +16,7 @@ const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;
 const REAR: f64 = 0.312;
 /// Lateral velocity over yaw rate, m.
-const SIDEWAYS: f64 = 2.0;
+const SIDEWAYS: f64 = 0.3;
 
 pub(crate) fn bike() -> Bike {
     let text = "mass = 260.0\nwheelbase = 1.42\ncg_to_front = 0.70\ncg_height = 0.62\n\
