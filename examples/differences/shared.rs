@@ -18,8 +18,11 @@ const HIDDEN: &[&str] = &[
     "rolling_resistance_speed",
 ];
 
-/// How rides share it: the name of their set in the table, and the share of a ride of so many.
-const SHARED: [(&str, fn(usize, usize) -> f64); 3] = [
+/// The share of a ride of so many.
+type Share = fn(usize, usize) -> f64;
+
+/// How rides share it: the name of their set in the table, and each one's share.
+const SHARED: [(&str, Share); 3] = [
     ("rider", |k, _| f64::from(u8::from(is_anna(k)))),
     ("since", |k, n| f64::from(u8::from(k >= 2 * n / 3))),
     // with time, as is looked for
