@@ -193,7 +193,7 @@ impl Rides {
         sets
     }
 
-    /// Whether a drift can hardly be told from a step, as with rides at two times only.
+    /// Whether a drift and a step are almost the same line, as with rides at two times only.
     fn is_like(&self, step: &Rides) -> bool {
         step.kind == Kind::Since && correlation(&self.shares, &step.shares) > LIKE
     }
@@ -202,6 +202,13 @@ impl Rides {
     fn by_day(&self, history: &History) -> f64 {
         if self.kind == Kind::One {
             return 0.0;
+        }
+        if self.kind == Kind::Drift {
+            let n = self.shares.len() as f64;
+            let days: BTreeSet<_> = (0..self.shares.len()).map(|i| day(history, i)).collect();
+            let mean = self.shares.iter().sum::<f64>() / n;
+            let spread: f64 = self.shares.iter().map(|s| (s - mean).powi(2)).sum();
+            return (n / days.len() as f64 - 1.0) / spread;
         }
         let side = |is_in: bool| {
             let own = (0..self.shares.len()).filter(|i| (self.shares[*i] != 0.0) == is_in);

@@ -182,6 +182,62 @@ fn what_grows_with_time_is_a_drift() {
     }
 }
 
+/// Most rides are anna's: the others are the ones that differ, in one change.
+#[test]
+fn of_most_rides_the_rest_is_the_change() {
+    let of = |k: usize| {
+        let own = k % 12 < 7;
+        let mut ride = ride(12, k * 5 % 12, if own { &[] } else { &[("wind", 60.0)] });
+        let rider = if own { "anna" } else { ["ben", "cleo"][k % 2] };
+        ride.circumstances.rider_id = Some(rider.to_owned());
+        ride
+    };
+    let rows: Vec<ChangeRow> =
+        changes((0..12).map(of).collect()).into_iter().filter(is_change).collect();
+    let [row] = &rows[..] else { panic!("{rows:#?}") };
+    assert_eq!(row.in_common.as_deref(), Some("all but rider anna"));
+    assert_eq!((row.rides.as_str(), row.n_rides, row.n_others), ("rider", 5, 7));
+}
+
+/// A number that one ride of a rider knows, and that is odd there, is that ride's.
+#[test]
+fn what_one_ride_knows_is_no_change_of_its_riders_rides() {
+    const ANNA: [usize; 4] = [1, 4, 8, 10];
+    let of = |k: usize| {
+        let mut ride = ride(13, k, &[]);
+        ride.circumstances.rider_id = Some(if ANNA.contains(&k) { "anna" } else { "ben" }.into());
+        if ANNA[1..].contains(&k) {
+            ride.estimates.retain(|r| r.parameter != "radius_front");
+        }
+        let own = ride.estimates.iter_mut().find(|r| r.parameter == "radius_front");
+        if let Some(radius) = own.filter(|_| k == ANNA[0]) {
+            radius.value += 100.0 * radius.std_error;
+        }
+        ride
+    };
+    let rows: Vec<ChangeRow> =
+        changes((0..12).map(of).collect()).into_iter().filter(is_change).collect();
+    let [row] = &rows[..] else { panic!("{rows:#?}") };
+    assert_eq!((row.rides.as_str(), row.ident.session_id.as_str()), ("ride", "s01"));
+}
+
+/// Rides on two days: a step between them is never called a drift.
+#[test]
+fn at_two_times_a_step_is_no_drift() {
+    for seed in 0..20 {
+        let of = |k: usize| {
+            let mut ride = ride(40 + seed, k, if k >= 6 { &[("latency", 40.0)] } else { &[] });
+            let day = if k >= 6 { 20 } else { 3 };
+            ride.ident.start_time = Some(format!("2026-05-{day:02}T{:02}:00:00Z", 9 + k));
+            ride
+        };
+        let rows = changes((0..12).map(of).collect());
+        assert!(rows.iter().all(|r| r.rides != "drift"), "{seed}");
+        let since = |r: &&ChangeRow| r.rides == "since" && r.ident.session_id == "s06";
+        assert!(rows.iter().any(|r| since(&r)), "{seed}: {rows:#?}");
+    }
+}
+
 /// Nobody knows which of rides without a time came first.
 #[test]
 fn rides_without_a_time_have_no_date_of_a_change() {

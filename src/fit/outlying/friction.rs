@@ -99,7 +99,7 @@ impl Sums {
         (self.ee / self.determinant()).sqrt()
     }
 
-    /// What is left at this scale with the best offset of the velocity.
+    /// Sum of squared residuals at this scale with the best offset of the velocity.
     fn cost(&self) -> f64 {
         self.yy - self.ye * self.ye / self.ee
     }
