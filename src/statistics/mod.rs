@@ -5,6 +5,7 @@
 
 pub(crate) mod angles;
 pub(crate) mod bisquare;
+pub(crate) mod blocked;
 pub(crate) mod bounds;
 pub(crate) mod cluster_covariance;
 pub(crate) mod clustered_fit;

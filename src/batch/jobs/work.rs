@@ -7,14 +7,16 @@ use arrow::array::RecordBatch;
 use super::bikes::BikeFile;
 use super::job_kind::JobKind;
 use crate::batch::store::kind::Kind;
+use crate::batch::store::parts;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::maps::ChannelMap;
 use crate::ingest::{self, Identified};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::store::objects::Location;
-use crate::store::tables::file;
+use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::registry::TableSpec;
 use crate::store::tables::rows::Ident;
+use crate::store::tables::{arrow_stream, file};
 
 /// What is done with one log. What it gives must depend on the log, the bike file, the pipeline, the
 /// channel maps and [`Work::settings`] only: by these a later batch knows whether to do it again.
@@ -95,18 +97,32 @@ pub struct SessionFile {
     pub bytes: Vec<u8>,
 }
 
-/// Tables as the files of a session.
+/// Extension of a session's share of a month's file: an Arrow stream. The month's file is Parquet.
+pub(crate) const SHARE: &str = "arrow";
+/// Extensions of all that a session may leave.
+pub(crate) const EXTENSIONS: [&str; 3] = [SHARE, "parquet", "toml"];
+
+/// Tables as the files of a session. What is to be a part of a month's file is not made Parquet twice.
 ///
 /// # Errors
-/// Parquet cannot hold one: our own mistake.
+/// Arrow or Parquet cannot hold one: our own mistake.
 pub(crate) fn encoded(
     tables: &[(&'static TableSpec, RecordBatch)],
 ) -> Result<Vec<SessionFile>, file::Error> {
     let file = |(spec, batch): &(&'static TableSpec, RecordBatch)| {
-        let bytes = file::batch_to_bytes(spec.name, batch)?;
-        Ok(SessionFile { folder: spec.name, extension: "parquet", bytes })
+        let (extension, bytes) = match parts::shares(spec) {
+            true => {
+                (SHARE, arrow_stream::encode(batch).map_err(|source| unwritable(spec, source))?)
+            }
+            false => ("parquet", file::batch_to_bytes(spec.name, batch)?),
+        };
+        Ok(SessionFile { folder: spec.name, extension, bytes })
     };
     tables.iter().map(file).collect()
+}
+
+fn unwritable(spec: &TableSpec, source: Mismatch) -> file::Error {
+    file::Error::Encode { table: spec.name.to_owned(), source }
 }
 
 /// Does something that may panic; a panic becomes a rejection, and the batch goes on.

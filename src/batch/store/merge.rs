@@ -21,12 +21,13 @@ use super::staged::{self, Staged};
 use super::switch::{Changes, Next, Switching};
 use super::verify;
 use crate::batch::error::Error;
+use crate::batch::jobs::work::SHARE;
 use crate::store::objects::Location;
 use crate::store::objects::files::read_many;
 use crate::store::tables::mismatch::Mismatch;
 use crate::store::tables::names::file_name;
 use crate::store::tables::registry::{Presence, TableSpec};
-use crate::store::tables::{file, read};
+use crate::store::tables::{arrow_stream, file, read};
 
 /// So many sessions of one motorcycle and month are in memory at once.
 const TOGETHER: usize = 500;
@@ -288,8 +289,12 @@ impl Files<'_> {
         };
         let mut rows = BTreeMap::new();
         for spec in tables {
-            let Some((_, bytes)) = files.get(spec.name) else { continue };
-            match of_today(spec, bytes.clone()) {
+            let Some((extension, bytes)) = files.get(spec.name) else { continue };
+            let batches = match extension == SHARE {
+                true => arrow_stream::decode(bytes.clone()).and_then(|some| conform(spec, &some)),
+                false => of_today(spec, bytes.clone()), // what an earlier version left
+            };
+            match batches {
                 Ok(batches) => _ = rows.insert(spec.name, batches),
                 Err(e) => return Ok(Err(Mismatch::from(format!("{}: {e}", spec.name)))),
             }
@@ -409,7 +414,10 @@ fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatc
 /// # Errors
 /// It is no such table.
 pub(crate) fn of_today(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, Mismatch> {
-    let batches = read::batches_of(bytes)?;
+    conform(spec, &read::batches_of(bytes)?)
+}
+
+fn conform(spec: &TableSpec, batches: &[RecordBatch]) -> Result<Vec<RecordBatch>, Mismatch> {
     batches.iter().map(|batch| file::typed(spec.table(), batch)).collect()
 }
 

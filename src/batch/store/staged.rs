@@ -1,8 +1,9 @@
 //! A session on its way into the tables: one file with all that it gives, written whole or not at all.
 //!
 //! `<out>/.roadbench/staged/<command>/<session>.session` is a Parquet file with a row per file of the session (folder,
-//! extension, content), and its [`Committed`] as metadata: to see whose it is only the footer is read. A file without
-//! rows says that the session is to be taken out.
+//! extension, content, checksum), and its [`Committed`] as metadata: to see whose it is only the footer is read. A file
+//! without rows says that the session is to be taken out. Rows of tables that sessions share are Arrow streams in it: they
+//! become Parquet once, in the month's file.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,11 +12,13 @@ use arrow::array::{ArrayRef, AsArray, LargeBinaryArray, RecordBatch, StringArray
 use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::{KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::ChunkReader;
 use serde::{Deserialize, Serialize};
 
+use super::manifest::checksum;
 use super::marker::{Committed, Key};
 use crate::batch::jobs::work::SessionFile;
 use crate::store::tables::mismatch::Mismatch;
@@ -59,14 +62,18 @@ pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, 
         Arc::new(StringArray::from_iter_values(files.iter().map(of)))
     };
     let content = LargeBinaryArray::from_iter_values(files.iter().map(|f| &f.bytes));
-    let columns: [(&str, ArrayRef); 3] = [
+    let sums = StringArray::from_iter_values(files.iter().map(|f| checksum(&f.bytes)));
+    let columns: [(&str, ArrayRef); 4] = [
         ("folder", texts(|f| f.folder)),
         ("extension", texts(|f| f.extension)),
         ("content", Arc::new(content)),
+        ("checksum", Arc::new(sums)),
     ];
     let batch = RecordBatch::try_from_iter(columns).map_err(|e| Mismatch::from(e.to_string()))?;
-    // the contents are packed already
+    // an object store gets a third of the bytes; each content is a page of its own, those that are packed lose no time
+    let level = ZstdLevel::try_new(1).map_err(|e| Mismatch::from(e.to_string()))?;
     let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(level))
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::None)
         .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), head)]))
@@ -90,7 +97,7 @@ pub(crate) fn head(file: &impl ChunkReader) -> Option<Staged> {
 /// The files in it.
 ///
 /// # Errors
-/// It is no such file.
+/// It is no such file, or a content is not as it was written.
 pub(crate) fn files(bytes: Bytes) -> Result<Files, Mismatch> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(bytes)
         .and_then(ParquetRecordBatchReaderBuilder::build)
@@ -104,8 +111,13 @@ pub(crate) fn files(bytes: Bytes) -> Result<Files, Mismatch> {
         let (Some(folder), Some(extension), Some(content)) = columns else {
             return Err(Mismatch::from("its columns are others".to_owned()));
         };
+        // what an earlier version left has none
+        let sums = text("checksum");
         for i in 0..batch.num_rows() {
             let content = Bytes::copy_from_slice(content.value(i));
+            if sums.is_some_and(|sums| sums.value(i) != checksum(&content)) {
+                return Err(Mismatch::from(format!("{}: not as it was written", folder.value(i))));
+            }
             files.insert(folder.value(i).to_owned(), (extension.value(i).to_owned(), content));
         }
     }

@@ -25,47 +25,78 @@ const AROUND: f64 = 0.2;
 /// Slower than this the slips say little, m/s.
 const SLOWEST: f64 = 4.0;
 
-/// What the residuals are made of, sample by sample, SI, ISO 8855; missing channels are NaN.
-#[derive(Debug, Clone, Default)]
-#[allow(missing_docs)] // a signal and, with `d`, its derivative by time
-pub struct Samples {
-    /// Samples of a block.
-    pub block: usize,
-    pub time: Vec<f64>,
-    pub v: Vec<f64>,
-    pub vd: Vec<f64>,
-    /// With little of the sensor's noise, as `vdd`: what a delay is multiplied by. More noise in it than in the velocity
-    /// would make every delay small.
-    pub vd_quiet: Vec<f64>,
-    pub vdd: Vec<f64>,
-    pub vy: Vec<f64>,
-    pub vyd: Vec<f64>,
-    pub vyd_quiet: Vec<f64>,
-    pub vydd: Vec<f64>,
-    pub ax: Vec<f64>,
-    pub ay: Vec<f64>,
-    pub roll: Vec<f64>,
-    pub rolld: Vec<f64>,
-    pub rolldd: Vec<f64>,
-    pub yaw_rate: Vec<f64>,
-    pub yaw_rated: Vec<f64>,
-    pub steer: Vec<f64>,
-    pub omega: [Vec<f64>; 2],
-    pub omegad: [Vec<f64>; 2],
-    pub pressure: [Vec<f64>; 2],
-    /// Where along the strip, for what depends on heading: cosine of the heading against the
-    /// session's first straight, NaN without heading.
-    pub along: Vec<f64>,
-    /// Grade of the road, uphill positive; 0 where nothing shows it.
-    pub grade: Vec<f64>,
-    /// Pitch beyond the usual one, rad ([`dive`]).
-    pub dive: Vec<f64>,
-    pub dived: Vec<f64>,
-    pub divedd: Vec<f64>,
-    /// Heat in the brakes.
-    pub brakes: Vec<Brakes>,
-    /// One per manoeuvre: its kind and its samples, whole blocks.
-    pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
+macro_rules! samples {
+    (one: { $($(#[$doc:meta])* $column:ident,)* } two: { $($pair:ident,)* }) => {
+        /// What the residuals are made of, sample by sample, SI, ISO 8855; missing channels are NaN.
+        #[derive(Debug, Clone, Default)]
+        #[allow(missing_docs)] // a signal and, with `d`, its derivative by time
+        pub struct Samples {
+            /// Samples of a block.
+            pub block: usize,
+            $($(#[$doc])* pub $column: Vec<f64>,)*
+            $(pub $pair: [Vec<f64>; 2],)*
+            /// Heat in the brakes.
+            pub brakes: Vec<Brakes>,
+            /// One per manoeuvre: its kind and its samples, whole blocks.
+            pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
+        }
+
+        impl Samples {
+            /// The same columns with other rows: `rows` makes a column of a column.
+            fn with_rows(
+                &self,
+                rows: impl Fn(&Vec<f64>) -> Vec<f64>,
+                brakes: Vec<Brakes>,
+                manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
+            ) -> Samples {
+                Samples {
+                    block: self.block,
+                    $($column: rows(&self.$column),)*
+                    $($pair: self.$pair.each_ref().map(&rows),)*
+                    brakes,
+                    manoeuvres,
+                }
+            }
+        }
+    };
+}
+
+samples! {
+    one: {
+        time,
+        v,
+        vd,
+        /// With little of the sensor's noise, as `vdd`: what a delay is multiplied by. More noise in it than in the velocity
+        /// would make every delay small.
+        vd_quiet,
+        vdd,
+        vy,
+        vyd,
+        vyd_quiet,
+        vydd,
+        ax,
+        ay,
+        roll,
+        rolld,
+        rolldd,
+        yaw_rate,
+        yaw_rated,
+        steer,
+        /// Where along the strip, for what depends on heading: cosine of the heading against the
+        /// session's first straight, NaN without heading.
+        along,
+        /// Grade of the road, uphill positive; 0 where nothing shows it.
+        grade,
+        /// Pitch beyond the usual one, rad ([`dive`](super::dive)).
+        dive,
+        dived,
+        divedd,
+    }
+    two: {
+        omega,
+        omegad,
+        pressure,
+    }
 }
 
 impl Samples {
@@ -96,40 +127,12 @@ impl Samples {
         let of = |x: &Vec<f64>| -> Vec<f64> {
             x.chunks_exact(self.block).map(|block| block.iter().sum::<f64>() / n).collect()
         };
-        let both = |x: &[Vec<f64>; 2]| [of(&x[0]), of(&x[1])];
         let block = |i: usize| i / self.block;
         let ranges = self.manoeuvres.iter();
-        Samples {
-            block: 1,
-            time: of(&self.time),
-            v: of(&self.v),
-            vd: of(&self.vd),
-            vd_quiet: of(&self.vd_quiet),
-            vdd: of(&self.vdd),
-            vy: of(&self.vy),
-            vyd: of(&self.vyd),
-            vyd_quiet: of(&self.vyd_quiet),
-            vydd: of(&self.vydd),
-            ax: of(&self.ax),
-            ay: of(&self.ay),
-            roll: of(&self.roll),
-            rolld: of(&self.rolld),
-            rolldd: of(&self.rolldd),
-            yaw_rate: of(&self.yaw_rate),
-            yaw_rated: of(&self.yaw_rated),
-            steer: of(&self.steer),
-            omega: both(&self.omega),
-            omegad: both(&self.omegad),
-            pressure: both(&self.pressure),
-            along: of(&self.along),
-            grade: of(&self.grade),
-            dive: of(&self.dive),
-            dived: of(&self.dived),
-            divedd: of(&self.divedd),
-            // heat that begins anew within a block has no mean
-            brakes: self.brakes.chunks_exact(self.block).map(|b| b[self.block / 2]).collect(),
-            manoeuvres: ranges.map(|(kind, r)| (*kind, block(r.start)..block(r.end))).collect(),
-        }
+        let manoeuvres = ranges.map(|(kind, r)| (*kind, block(r.start)..block(r.end))).collect();
+        // heat that begins anew within a block has no mean
+        let brakes = self.brakes.chunks_exact(self.block).map(|b| b[self.block / 2]).collect();
+        Samples { block: 1, ..self.with_rows(of, brakes, manoeuvres) }
     }
 
     /// The samples of the used manoeuvres of an unfiltered session.
@@ -158,13 +161,13 @@ impl Samples {
         let [vd_quiet, vyd_quiet] = [&vd, &vyd].map(|d| quiet(d));
         let [vdd, vydd] = [&vd_quiet, &vyd_quiet].map(|d| gradient(d, rate));
         let (yaw_rate, yaw_rated) = column(Channel::YawRate);
-        let (omega_f, omegad_f) = column(Channel::WheelSpeedFront);
-        let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
+        let (front, front_rate) = column(Channel::WheelSpeedFront);
+        let (rear, rear_rate) = column(Channel::WheelSpeedRear);
         let [ax, ay] = [Channel::AccelerationX, Channel::AccelerationY].map(smoothed);
         let steer = smoothed(Channel::SteerAngle);
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
             .map(|c| acting_pressure(&smoothed(c), rate));
-        let grade = near.get(Channel::Grade);
+        let grade = near.get(Channel::Grade).map_or_else(|| vec![0.0; n], <[f64]>::to_vec);
         // what depends on the whole ride
         let brakes = around.only(brake_history(session), Brakes::default());
         let along = around.only(along_strip(session).into_iter(), f64::NAN);
@@ -173,49 +176,51 @@ impl Samples {
             usual.map_or_else(|| vec![0.0; n], |usual| beyond(&smoothed(Channel::Pitch), usual));
         let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
         let divedd = gradient(&dived, rate);
-        let mut out = Samples { block: BLOCK, ..Samples::default() };
+        let all = Samples {
+            block: BLOCK,
+            time: Vec::new(), // of the picked ones, below
+            v,
+            vd,
+            vd_quiet,
+            vdd,
+            vy,
+            vyd,
+            vyd_quiet,
+            vydd,
+            ax,
+            ay,
+            roll,
+            rolld,
+            rolldd,
+            yaw_rate,
+            yaw_rated,
+            steer,
+            along,
+            grade,
+            dive,
+            dived,
+            divedd,
+            omega: [front, rear],
+            omegad: [front_rate, rear_rate],
+            pressure,
+            brakes,
+            manoeuvres: Vec::new(),
+        };
+        let picked = || picks.iter().flat_map(|(_, chosen)| chosen.iter().copied());
+        let rows: Vec<usize> = picked().map(|i| around.position(i)).collect();
+        let mut manoeuvres = Vec::with_capacity(picks.len());
+        let mut start = 0;
         for (kind, chosen) in picks {
-            let start = out.len();
-            for &picked in chosen {
-                out.time.push(picked as f64 / rate);
-                let i = around.position(picked);
-                out.along.push(along[i]);
-                out.grade.push(grade.map_or(0.0, |x| x[i]));
-                out.dive.push(dive[i]);
-                out.dived.push(dived[i]);
-                out.divedd.push(divedd[i]);
-                out.brakes.push(brakes[i]);
-                for (to, x) in [
-                    (&mut out.v, &v),
-                    (&mut out.vd, &vd),
-                    (&mut out.vd_quiet, &vd_quiet),
-                    (&mut out.vdd, &vdd),
-                    (&mut out.vy, &vy),
-                    (&mut out.vyd, &vyd),
-                    (&mut out.vyd_quiet, &vyd_quiet),
-                    (&mut out.vydd, &vydd),
-                    (&mut out.ax, &ax),
-                    (&mut out.ay, &ay),
-                    (&mut out.roll, &roll),
-                    (&mut out.rolld, &rolld),
-                    (&mut out.rolldd, &rolldd),
-                    (&mut out.yaw_rate, &yaw_rate),
-                    (&mut out.yaw_rated, &yaw_rated),
-                    (&mut out.steer, &steer),
-                ] {
-                    to.push(x[i]);
-                }
-                out.omega[0].push(omega_f[i]);
-                out.omega[1].push(omega_r[i]);
-                out.omegad[0].push(omegad_f[i]);
-                out.omegad[1].push(omegad_r[i]);
-                for k in 0..2 {
-                    out.pressure[k].push(pressure[k][i]);
-                }
-            }
-            out.manoeuvres.push((*kind, start..out.len()));
+            manoeuvres.push((*kind, start..start + chosen.len()));
+            start += chosen.len();
         }
-        out
+        let of = |x: &Vec<f64>| match x.is_empty() {
+            true => Vec::new(),
+            false => rows.iter().map(|&i| x[i]).collect(),
+        };
+        let brakes = rows.iter().map(|&i| all.brakes[i]).collect();
+        let time = picked().map(|i| i as f64 / rate).collect();
+        Samples { time, ..all.with_rows(of, brakes, manoeuvres) }
     }
 }
 

@@ -19,6 +19,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::columns::{Columns, KERNEL, RATE};
 use super::model::Residual;
+use crate::statistics::blocked;
 
 /// White noise of the axles' residual, rad.
 const AXLES: f64 = 0.25e-3;
@@ -198,7 +199,7 @@ impl<'a> Noise<'a> {
 
     /// Cholesky factor of that; `None` where it has none.
     pub(crate) fn factor(&self, scales: &Scales) -> Option<DMatrix<f64>> {
-        Some(self.covariance(scales).cholesky()?.unpack())
+        blocked::cholesky(self.covariance(scales))
     }
 
     /// How large each part is in whitened residuals, and how large it should be: what `r' K^-1 C K^-1 r` and the trace of
@@ -210,9 +211,9 @@ impl<'a> Noise<'a> {
     ) -> [[f64; 2]; PARTS] {
         let n = self.time.len();
         let mut inverse = DMatrix::identity(factor.nrows(), factor.nrows());
-        factor.solve_lower_triangular_mut(&mut inverse);
+        blocked::solve_lower(factor, &mut inverse);
         let left = inverse.tr_mul(whitened);
-        let precision = inverse.tr_mul(&inverse);
+        let precision = inverse.transpose() * inverse;
         let mut out = [[0.0; 2]; PARTS];
         for i in 0..n {
             for j in 0..n {

@@ -6,6 +6,7 @@ use super::model::Model;
 use super::noise::{Noise, PARTS, Scales};
 use super::parameters::*;
 use crate::fit::variation::Source;
+use crate::statistics::blocked;
 use crate::statistics::interval::t95;
 
 /// Huber's threshold, in standard deviations.
@@ -172,7 +173,7 @@ fn whiten(
                 block.view_mut((a * n, j), (n, 1)).copy_from_slice(from);
             }
         }
-        factor.solve_lower_triangular_mut(&mut block);
+        blocked::solve_lower(factor, &mut block);
         out.residuals.push(block.column(slopes.len()).into_owned());
         out.slopes.push(block.columns(0, slopes.len()).into_owned());
     }
@@ -197,7 +198,7 @@ fn normal(
         for (i, mut row) in weighted.row_iter_mut().enumerate() {
             row *= weight(residuals[i]);
         }
-        information.gemm_tr(1.0, &weighted, slopes, 1.0);
+        information.gemm(1.0, &weighted.transpose(), slopes, 1.0);
         let score = -weighted.tr_mul(residuals);
         gradient += &score;
         scores.push(score);

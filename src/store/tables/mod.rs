@@ -1,8 +1,10 @@
 //! Output tables: what each is ([`registry`]), its [`rows`], how they are written whole as Parquet
-//! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
+//! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files. On their way there they are an
+//! [`arrow_stream`].
 //!
 //! [`mod@output`] has the rule for paths that a user names.
 
+pub(crate) mod arrow_stream;
 pub(crate) mod by_session;
 pub(crate) mod changes;
 mod columns;

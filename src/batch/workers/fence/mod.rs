@@ -28,7 +28,7 @@ use super::threads;
 use crate::batch::error::Error;
 use crate::batch::jobs::bikes::BikeFile;
 use crate::batch::jobs::job_kind::JobKind;
-use crate::batch::jobs::work::{Output, SessionFile, Work};
+use crate::batch::jobs::work::{EXTENSIONS, Output, SessionFile, Work};
 use crate::batch::log_hash::hash_file;
 use crate::batch::settings::Settings;
 use crate::batch::store::kind::Kind;
@@ -320,7 +320,7 @@ fn cut<'a>(
         let (bytes, behind) = rest.split_at_checked(usize::try_from(file.bytes).ok()?)?;
         rest = behind;
         let folder = registry::folders().find(|name| *name == file.folder)?;
-        let extension = ["parquet", "toml"].into_iter().find(|e| *e == file.extension)?;
+        let extension = EXTENSIONS.into_iter().find(|e| *e == file.extension)?;
         out.push(SessionFile { folder, extension, bytes: bytes.to_vec() });
     }
     (rest.len() as u64 == result).then_some((out, rest))
