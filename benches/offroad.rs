@@ -16,8 +16,8 @@ use roadbench::internals::estimate::offroad::solve::{
 use roadbench::internals::estimate::offroad::weights::Weights;
 use roadbench::internals::estimate::offroad::{self, Config};
 use roadbench::internals::filter;
+use roadbench::internals::motorcycle::offroad::planar::PlanarMotorcycle;
 use roadbench::internals::simulate::motocross::{self, scenario::Motocross};
-use roadbench::internals::tyre::offroad::machine::Machine;
 
 const RATE: f64 = 1600.0;
 /// Problems handed to scipy.
@@ -59,7 +59,7 @@ fn main() {
             filter::run(&mut work, &filter_config);
         })
     });
-    let machine = Machine::new(&scenario.bike).expect("bike");
+    let machine = PlanarMotorcycle::new(&scenario.bike).expect("bike");
     say("kinematics", n, best(|| drop(Kinematics::new(&session, &machine))));
     let (k, _) = Kinematics::new(&session, &machine);
     say("wheels off", n, best(|| drop(Contact::detect(&k, &machine, &config.contact))));

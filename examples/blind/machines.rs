@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use roadbench::internals::diagnose::road::residuals::CHANNELS;
 use roadbench::internals::simulate::effects::ALL;
 use roadbench::internals::simulate::hidden::{Case, Kind};
-use roadbench::internals::simulate::population::{Machine, ride};
+use roadbench::internals::simulate::population::{DrawnMachine, ride};
 
 use super::summary::{share, summary};
 use super::{Arguments, Outcome, ask, outcomes};
@@ -22,7 +22,7 @@ const REAL: f64 = 2.0;
 const FEWEST: usize = 10;
 
 /// What is known of a machine in words, for a count of false names by it.
-fn traits(machine: &Machine) -> [String; 4] {
+fn traits(machine: &DrawnMachine) -> [String; 4] {
     let twist = machine.build.keys.contains_key("frame_twist.stiffness");
     [
         format!("tyres {:?}", machine.make),
@@ -160,7 +160,7 @@ fn false_names(all: &[Outcome]) {
             *names.entry(&t.name).or_default() += 1;
         }
         // the first attempt's: a machine that was drawn again counts as the one that fell
-        let drawn = Machine::draw(o.case.seed, o.case.number, 0);
+        let drawn = DrawnMachine::draw(o.case.seed, o.case.number, 0);
         for what in drawn.iter().flat_map(traits) {
             let [falsely, of] = machines.entry(what).or_default();
             *falsely += usize::from(!o.told.is_empty());

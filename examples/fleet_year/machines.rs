@@ -1,7 +1,6 @@
 //! The motorcycles: machines of the bundled archive's kind on tyres of a few models, so that what two machines have in
 //! common is known.
 
-use roadbench::GRAVITY;
 use roadbench::internals::simulate::scenario::{Machine, Scenario};
 
 /// The scenario that machines and tyres are drawn like.
@@ -50,8 +49,7 @@ impl Fleet {
         let mut machine = self.scenario.machine(index);
         let plant = &mut machine.plant;
         plant.tyres = [0, 1].map(|k| self.tyres.machine(models[k]).plant.tyres[k]);
-        let weight = plant.mass * GRAVITY / plant.wheelbase;
-        let load = [plant.wheelbase - plant.cg_to_front, plant.cg_to_front].map(|l| weight * l);
+        let load = plant.vehicle.static_loads();
         plant.crown = [0, 1].map(|k| {
             let tyre = &plant.tyres[k];
             tyre.overturning_stiffness + load[k] / tyre.vertical_stiffness

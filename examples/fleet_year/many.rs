@@ -227,9 +227,9 @@ fn truth_of(machine: &Machine, key: &str) -> Option<f64> {
         _ => None,
     };
     match (tyre, leaf) {
-        (None, "mass") => Some(plant.mass),
-        (None, "cg_to_front") => Some(plant.cg_to_front),
-        (None, "cg_height") => Some(plant.cg_height),
+        (None, "mass") => Some(plant.vehicle.mass),
+        (None, "cg_to_front") => Some(plant.vehicle.cg_to_front),
+        (None, "cg_height") => Some(plant.vehicle.cg_height),
         (Some(tyre), "side_force_ratio") => Some(tyre.side_force_ratio),
         (Some(tyre), "twisting_stiffness") => Some(tyre.twisting_stiffness),
         (Some(tyre), "vertical_stiffness") => Some(tyre.vertical_stiffness),

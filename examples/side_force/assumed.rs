@@ -3,7 +3,7 @@
 
 use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::simulate::effects::ModelError;
-use roadbench::internals::simulate::population::Machine;
+use roadbench::internals::simulate::population::DrawnMachine;
 use roadbench::internals::simulate::population::bike::{self, BikeFile};
 use roadbench::internals::simulate::tyre_truth::bench;
 use roadbench::internals::tyre::published;
@@ -31,7 +31,7 @@ fn believed(bike: &Bike) -> [[f64; 2]; 4] {
 }
 
 /// Ratios and twisting stiffnesses on the bench.
-fn truth(machine: &Machine) -> Result<[f64; 4], String> {
+fn truth(machine: &DrawnMachine) -> Result<[f64; 4], String> {
     let motorcycle = machine.motorcycle(&ModelError::default())?;
     let loads = motorcycle.static_loads();
     let tyres = motorcycle.tyres.as_ref().ok_or("no tyres")?;
@@ -50,7 +50,7 @@ pub fn print(machines: usize, seed: u64) -> Result<(), String> {
     for file in [BikeFile::Full, BikeFile::Minimal] {
         let mut inside = [0; 4];
         for number in 0..machines {
-            let machine = Machine::draw(seed, number, 0)?;
+            let machine = DrawnMachine::draw(seed, number, 0)?;
             let usual = machine.motorcycle(&ModelError::default())?;
             let bike = bike::bike(&machine, &usual, file)?;
             let truth = truth(&machine)?;

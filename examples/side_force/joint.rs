@@ -65,12 +65,12 @@ impl Free {
         let ride = all.len();
         // a motorcycle's: what a workshop measures, and how its front gives way
         all.extend([
-            place!("mass", 2.0, 1.0, |w| w.mass, Reach::ATTITUDE),
-            place!("cg_to_front", 0.007, 1.0, |w| w.cg_to_front, Reach::ATTITUDE),
-            place!("cg_height", 0.007, 1.0, |w| w.cg_height, Reach::ATTITUDE),
-            place!("caster_angle", 0.004, 1.0, |w| w.caster_angle, Reach::ATTITUDE),
-            place!("normal_trail", 0.004, 1.0, |w| w.normal_trail, Reach::ATTITUDE),
-            place!("yaw_inertia", 2.5, 1.0, |w| w.yaw_inertia, Reach::LATERAL),
+            place!("mass", 2.0, 1.0, |w| w.vehicle.mass, Reach::ATTITUDE),
+            place!("cg_to_front", 0.007, 1.0, |w| w.vehicle.cg_to_front, Reach::ATTITUDE),
+            place!("cg_height", 0.007, 1.0, |w| w.vehicle.cg_height, Reach::ATTITUDE),
+            place!("caster_angle", 0.004, 1.0, |w| w.vehicle.caster_angle, Reach::ATTITUDE),
+            place!("normal_trail", 0.004, 1.0, |w| w.vehicle.normal_trail, Reach::ATTITUDE),
+            place!("yaw_inertia", 2.5, 1.0, |w| w.vehicle.yaw_inertia, Reach::LATERAL),
             effect("wheel_inertia", 0.5),
             effect("front_compliance", 1.0),
         ]);

@@ -136,7 +136,7 @@ fn phases(riding: Riding, random: &mut Random) -> Vec<Phase> {
 /// The machine that something is ridden on, of the one that a scenario has; bike files are true.
 pub fn machine(one: &Machine, on: On) -> Machine {
     let mut m = one.clone();
-    let p = &mut m.plant;
+    let p = &mut m.plant.vehicle;
     match on {
         On::One => {}
         On::Pillion => {
@@ -175,7 +175,7 @@ pub fn ride(scenario: &Scenario, machine: &Machine, way: &Way, number: usize) ->
     let purpose = |what: &str| Random::new(scenario.seed, &format!("{id} {what}"));
     let mut plant = machine.plant.clone();
     plant.model_error = ModelError { rider_lean: way.lean, ..ModelError::default() };
-    let height = machine.plant.cg_height;
+    let height = machine.plant.vehicle.cg_height;
     let phases = leaning(phases(way.riding, &mut purpose("plan")), way.lean, height);
     let meta =
         Meta { session_id: id.clone(), bike_id: machine.bike.bike_id.clone(), ..Meta::default() };

@@ -24,7 +24,7 @@ const RIDES: usize = 3;
 fn heavier(scenario: &Scenario, machine: &Machine, number: usize) -> Tour {
     let light = multibody::motorcycle(&machine.plant).expect("stands");
     let mut heavy = machine.clone();
-    heavy.plant.mass += LUGGAGE;
+    heavy.plant.vehicle.mass += LUGGAGE;
     heavy.bike = heavy.bike.with("mass", machine.bike.mass + LUGGAGE);
     let mut tour = multibody::tour(scenario, &heavy, number).expect("stands");
     let [front, rear] = light.tyres.expect("tyres");

@@ -110,7 +110,10 @@ pub struct WheelData {
     pub camber_moment_decay: f64,
 }
 
-/// One bike. SI units.
+/// Bike file of one motorcycle, checked. SI units.
+///
+/// The only type with optional keys, defaults and uncertainties: every other description of a motorcycle is made from
+/// it, or drawn by a simulator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bike {
     /// The file's stem.

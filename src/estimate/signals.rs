@@ -35,7 +35,10 @@ const LEAST_FORCE: f64 = 100.0;
 /// Pitch accelerations count no further, rad/s²: more is a bump's.
 const MOST_PITCH: f64 = 15.0;
 
-/// What the algebra is given besides the samples.
+/// Motorcycle and sensors of one ride, as the algebra of its samples needs them.
+///
+/// Apart from the bike file, which it holds: radii, drag, zeros and sensor errors are the ride's, and change as fits
+/// follow one another.
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// The bike file.

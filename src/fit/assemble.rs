@@ -10,9 +10,9 @@ use crate::estimate::signals::Inputs;
 use crate::tyre::formulation::Formulation;
 use crate::tyre::paper::trail_0;
 
-/// The numbers that were fitted; pairs are front and rear.
+/// Numbers of a ride's regressions, as far as each was possible; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
-pub struct Parameters {
+pub struct FittedNumbers {
     /// Rolling radii, m.
     pub radius: [Option<f64>; 2],
     /// Drag and rolling resistance.
@@ -78,7 +78,7 @@ impl Assembled {
     }
 }
 
-impl Parameters {
+impl FittedNumbers {
     /// The coefficients that these numbers and the inputs make.
     pub fn assemble(&self, inputs: &Inputs) -> Assembled {
         let mut v = Values::default();

@@ -4,7 +4,7 @@
 //! a ride: of many corner samples every n-th gives it ([`MOST_CORNER`]; a test holds the changes to those of all samples).
 //! It is the difference of two fits to the same samples, with and without the move.
 
-use super::assemble::{Assembled, Curve, Parameters};
+use super::assemble::{Assembled, Curve, FittedNumbers};
 use super::coasting;
 use super::config::Config;
 use super::cornering::{self, K_X, Lateral, crown_rows};
@@ -141,7 +141,8 @@ impl<'a> Refit<'a> {
             let rows = lateral_rows(data, &signals, &inputs.bike, &self.corner, axle);
             cornering::refit(&rows, &self.lateral[axle as usize])
         });
-        Parameters { radius, resistance, friction, lateral, overturning, crowns }.assemble(&inputs)
+        FittedNumbers { radius, resistance, friction, lateral, overturning, crowns }
+            .assemble(&inputs)
     }
 
     /// The inputs as a variation moves them, and what coasting gives with them.

@@ -1,6 +1,6 @@
 //! The fits of a session, their samples, and the coefficients that come of them.
 
-use super::assemble::{Assembled, Curve, Parameters};
+use super::assemble::{Assembled, Curve, FittedNumbers};
 use super::coasting::Coasting;
 use super::cornering::{self, K_X, Lateral, OverturningRows, overturning_share};
 use super::data::Data;
@@ -28,8 +28,8 @@ pub struct Fits {
 
 impl Fits {
     /// The fitted numbers.
-    pub fn parameters(&self) -> Parameters {
-        Parameters {
+    pub fn parameters(&self) -> FittedNumbers {
+        FittedNumbers {
             radius: self.coasting.radii(),
             resistance: self.coasting.resistances(),
             friction: [0, 1].map(|k| {

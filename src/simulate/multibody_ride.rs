@@ -147,19 +147,13 @@ fn put(table: &mut toml::Table, key: &str, value: Option<f64>) {
     }
 }
 
-/// Static loads of a plant, front and rear, N.
-pub fn static_loads(plant: &Plant) -> [f64; 2] {
-    let weight = plant.mass * GRAVITY / plant.wheelbase;
-    [plant.wheelbase - plant.cg_to_front, plant.cg_to_front].map(|l| weight * l)
-}
-
 /// The multibody motorcycle of a plant on its own tyres (the paper's).
 ///
 /// # Errors
 /// It cannot stand; a sentence that says why.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, Error> {
-    let load = static_loads(plant);
+    let load = plant.vehicle.static_loads();
     let tyre = |k: usize| {
         let custom = Box::new(Custom::new(plant.tyres[k], load[k]));
         ExtendedTyre::of_any(custom, [plant.tyres[k]; 2], load[k], &plant.model_error)
@@ -176,6 +170,7 @@ pub(crate) fn construct(
     build: &Build,
     tyres: [Box<dyn TyreModel>; 2],
 ) -> Result<Motorcycle, Error> {
+    let vehicle = &plant.vehicle;
     let name = build.bodies;
     let text = description::BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text);
     let mut table: toml::Table = text
@@ -184,10 +179,10 @@ pub(crate) fn construct(
         .map_err(|e: toml::de::Error| Error::Ride(e.to_string()))?;
     let given = Motorcycle::load(name).map_err(|e| Error::Ride(e.to_string()))?;
     // the front end moves with the wheelbase
-    let longer = plant.wheelbase - given.wheelbase();
-    let ground = plant.wheelbase + build.trail.unwrap_or_else(|| given.trail());
-    let caster = plant.caster_angle;
-    let centre = plant.wheelbase - plant.cg_to_front;
+    let longer = vehicle.wheelbase - given.wheelbase();
+    let ground = vehicle.wheelbase + build.trail.unwrap_or_else(|| given.trail());
+    let caster = vehicle.caster_angle;
+    let centre = vehicle.wheelbase - vehicle.cg_to_front;
     let error = &plant.model_error;
     let numbers = [
         ("gravity", GRAVITY),
@@ -197,23 +192,23 @@ pub(crate) fn construct(
         ("steering.axis_x", ground - given.steering_axis.z * caster.tan()),
         ("steering.x", given.steering.centre.x + longer),
         ("fork.x", given.fork.centre.x + longer),
-        ("front.wheel.x", plant.wheelbase),
+        ("front.wheel.x", vehicle.wheelbase),
         ("aerodynamics.air_density", AIR),
-        ("aerodynamics.drag_area", 2.0 * plant.drag / AIR),
+        ("aerodynamics.drag_area", 2.0 * vehicle.drag / AIR),
         ("aerodynamics.lift_area", 2.0 * (2.0 * error.lift(0.0, 1.0)) / AIR),
         ("aerodynamics.x", centre),
-        ("aerodynamics.z", plant.cg_height + error.pitch_moment(0.0, 1.0)),
+        ("aerodynamics.z", vehicle.cg_height + error.pitch_moment(0.0, 1.0)),
     ];
     for (key, value) in numbers {
         put(&mut table, key, Some(value));
     }
-    let load = static_loads(plant);
+    let load = vehicle.static_loads();
     for (k, end) in ["front", "rear"].into_iter().enumerate() {
         let carcass = tyres[k].carcass();
         let height = carcass.radius - load[k] / carcass.stiffness;
         put(&mut table, &format!("{end}.wheel.z"), Some(height));
-        put(&mut table, &format!("{end}.wheel.spin_inertia"), Some(plant.wheel_inertia[k]));
-        put(&mut table, &format!("brakes.gain_{end}"), Some(plant.brake_gain[k]));
+        put(&mut table, &format!("{end}.wheel.spin_inertia"), Some(vehicle.wheel_inertia[k]));
+        put(&mut table, &format!("brakes.gain_{end}"), Some(vehicle.brake_gain[k]));
     }
     for (key, value) in &build.keys {
         put(&mut table, key, *value);
@@ -226,10 +221,10 @@ pub(crate) fn construct(
     let m = parse(&table)?;
     let others = m.mass() - m.frame.mass;
     let moment = m.centre() * m.mass() - m.frame.centre * m.frame.mass;
-    let frame = plant.mass - others;
+    let frame = vehicle.mass - others;
     put(&mut table, "frame.mass", Some(frame));
-    put(&mut table, "frame.x", Some((plant.mass * centre - moment.x) / frame));
-    put(&mut table, "frame.z", Some((plant.mass * plant.cg_height - moment.z) / frame));
+    put(&mut table, "frame.x", Some((vehicle.mass * centre - moment.x) / frame));
+    put(&mut table, "frame.z", Some((vehicle.mass * vehicle.cg_height - moment.z) / frame));
     if let Some(own) = table.get_mut("frame").and_then(toml::Value::as_table_mut) {
         for key in ["ixx", "iyy", "izz", "ixz"] {
             if let Some(x) = own.get(key).and_then(toml::Value::as_float) {
@@ -250,15 +245,15 @@ mod tests {
         let scenario = Scenario::builtin("paper").expect("scenario").certain();
         for index in 0..4 {
             let machine = scenario.machine(index);
-            let plant = &machine.plant;
-            let m = motorcycle(plant).expect("stands");
+            let vehicle = &machine.plant.vehicle;
+            let m = motorcycle(&machine.plant).expect("stands");
             let centre = m.centre();
             for (found, expected) in [
-                (m.mass(), plant.mass),
-                (m.wheelbase(), plant.wheelbase),
-                (m.centres[0].x - centre.x, plant.cg_to_front),
-                (centre.z, plant.cg_height),
-                (m.caster_angle, plant.caster_angle),
+                (m.mass(), vehicle.mass),
+                (m.wheelbase(), vehicle.wheelbase),
+                (m.centres[0].x - centre.x, vehicle.cg_to_front),
+                (centre.z, vehicle.cg_height),
+                (m.caster_angle, vehicle.caster_angle),
             ] {
                 assert!((found / expected - 1.0).abs() < 1e-9, "{found} for {expected}");
             }

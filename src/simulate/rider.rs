@@ -87,7 +87,7 @@ impl<'a> Rider<'a> {
             plant,
             programme: Programme::new(phases, dt),
             pressure: [0.0; 2],
-            gain: plant.brake_gain,
+            gain: plant.vehicle.brake_gain,
             grade,
             next_grade: grade,
             height: 0.0,
@@ -120,7 +120,7 @@ impl<'a> Rider<'a> {
         self.next_grade = self.disturbance.grade * self.random.normal();
         for i in 0..2 {
             let scatter = 1.0 + self.disturbance.brake_gain * self.random.normal();
-            self.gain[i] = self.plant.brake_gain[i] * scatter;
+            self.gain[i] = self.plant.vehicle.brake_gain[i] * scatter;
         }
     }
 
@@ -152,7 +152,7 @@ impl<'a> Rider<'a> {
             }
         }
         self.brakes.update(state.vx, self.pressure, self.dt);
-        let (mass, error) = (self.plant.mass, &self.plant.model_error);
+        let (mass, error) = (self.plant.vehicle.mass, &self.plant.model_error);
         let Brakes { whole, each } = self.brakes;
         for (i, axle) in Axle::BOTH.into_iter().enumerate() {
             let gain = error.brake_gain(1.0, mass, each[i]);
@@ -164,14 +164,12 @@ impl<'a> Rider<'a> {
         action.lost_grip = demand.conditions.lost_grip;
         if let Some(wanted) = acceleration {
             let p = self.plant;
-            let resist =
-                p.drag * state.vx * state.vx + p.tyres[1].rolling_resistance * p.mass * GRAVITY;
-            let rotating: f64 =
-                (0..2).map(|i| p.wheel_inertia[i] / p.tyres[i].rolling_radius.powi(2)).sum();
-            let force = (p.mass + rotating) * wanted + resist;
+            let resist = p.vehicle.drag * state.vx * state.vx
+                + p.tyres[1].rolling_resistance * mass * GRAVITY;
+            let force = p.moving_mass() * wanted + resist;
             // a little engine braking with the throttle shut
-            action.drive = force.max(-0.1 * p.mass * GRAVITY) * p.tyres[1].rolling_radius;
-            controls.throttle = (force / (p.mass * 8.0)).clamp(0.0, 1.0);
+            action.drive = force.max(-0.1 * mass * GRAVITY) * p.tyres[1].rolling_radius;
+            controls.throttle = (force / (mass * 8.0)).clamp(0.0, 1.0);
         }
         let jitter = self.noise[3].next(&mut self.random);
         lean.angle += jitter;
@@ -186,8 +184,9 @@ impl<'a> Rider<'a> {
         self.height += ridden * self.grade;
         let running = (state.vx / 2.0).clamp(0.0, 1.0);
         action.force_x = running
-            * (self.noise[0].next(&mut self.random) - self.plant.mass * GRAVITY * self.grade);
-        action.force_x -= self.plant.drag * demand.conditions.pressure_gain(state.vx);
+            * (self.noise[0].next(&mut self.random)
+                - self.plant.vehicle.mass * GRAVITY * self.grade);
+        action.force_x -= self.plant.vehicle.drag * demand.conditions.pressure_gain(state.vx);
         action.force_y = running * self.noise[1].next(&mut self.random);
         action.moment_z = running * self.noise[2].next(&mut self.random);
         controls.pressure = self.pressure;
@@ -210,6 +209,7 @@ fn wanted(state: &State, lean: &Lean) -> f64 {
 /// Handlebar angle that gives the wanted roll motion of a motorcycle that is nothing but the plain one: a rider
 /// who does not know what is hidden in it, but for how he leans himself.
 pub(crate) fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+    let vehicle = &p.vehicle;
     if state.vx < SLOWEST {
         return 0.0;
     }
@@ -217,12 +217,12 @@ pub(crate) fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) 
     let wanted = wanted(state, lean);
     let load = response.load[0] + response.load[1];
     let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
-    let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
+    let spin: f64 = (0..2).map(|i| vehicle.wheel_inertia[i] * state.omega[i]).sum();
     let gyroscopic = spin * state.yaw_rate * cos_phi;
     let height = p.height_in_plane(cos_phi);
-    let steered = p.normal_trail * state.steer.sin() / cos_phi * response.load[0];
+    let steered = vehicle.normal_trail * state.steer.sin() / cos_phi * response.load[0];
     let aside = p.model_error.mass_centre_aside(height * sin_phi, state.roll);
-    let force = (p.roll_inertia * wanted - load * aside - moment_x - gyroscopic + steered)
+    let force = (vehicle.roll_inertia * wanted - load * aside - moment_x - gyroscopic + steered)
         / (height * cos_phi);
     let front = force - response.tyre[1].force_y;
     let tyre = &p.tyres[0];
@@ -240,7 +240,7 @@ pub(crate) fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean:
     }
     let cos_phi = state.roll.cos();
     let height = p.height_in_plane(cos_phi);
-    let missing = p.roll_inertia * (wanted(state, lean) - response.roll_acceleration);
+    let missing = p.vehicle.roll_inertia * (wanted(state, lean) - response.roll_acceleration);
     let tyre = &p.tyres[0];
     let k = tyre.stiffness.k_alpha(response.camber[0], tyre.side_force_ratio);
     let more = missing / (height * cos_phi) / response.load[0].max(100.0);
@@ -252,14 +252,17 @@ pub(crate) fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean:
 /// Handlebar angle that brings the front tyre's slip angle to `alpha`, rad, where the front is `turned` back by
 /// that much.
 fn handlebar(p: &Plant, state: &State, alpha: f64, turned: f64) -> f64 {
+    let vehicle = &p.vehicle;
     let (sin_phi, cos_phi) = state.roll.sin_cos();
     // ahead of the tyre's relaxation
     let alpha = (state.alpha[0] + 2.0 * (alpha - state.alpha[0])).clamp(-0.12, 0.12);
-    let u = state.vx - state.yaw_rate * p.cg_height * sin_phi;
-    let w = state.vy + p.cg_height * cos_phi * state.roll_rate + p.cg_to_front * state.yaw_rate;
+    let u = state.vx - state.yaw_rate * vehicle.cg_height * sin_phi;
+    let w = state.vy
+        + vehicle.cg_height * cos_phi * state.roll_rate
+        + vehicle.cg_to_front * state.yaw_rate;
     let delta = w.atan2(u) - alpha + turned;
     // eq. 30 solved for the handlebar angle
     let tan_delta = delta.tan();
-    let (sin_eps, cos_eps) = p.caster_angle.sin_cos();
+    let (sin_eps, cos_eps) = vehicle.caster_angle.sin_cos();
     (tan_delta * cos_phi / (cos_eps - tan_delta * sin_phi * sin_eps)).atan().clamp(-0.7, 0.7)
 }

@@ -15,7 +15,6 @@ use super::odd_manoeuvre::{self, OddManoeuvre};
 use super::plan::Plan;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
-use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::file_error::{FileError, FileName};
@@ -24,10 +23,10 @@ use crate::contract::key_error::KeyError;
 use crate::contract::schema::closest;
 use crate::contract::schema::refuse_infinite_in;
 use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
+use crate::motorcycle::vehicle::Vehicle;
 use crate::simulate::effects::{Effect, ModelError};
 use crate::statistics::random::Random;
 use crate::store::objects::files::read_text;
-use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
 use crate::tyre::paper::NO_LIMIT;
 use crate::tyre::tyre_model::USUAL_SHARE;
 use crate::tyre::{MagicFormula, Stiffness, Tyre};
@@ -134,7 +133,7 @@ pub struct Scenario {
     model_error: ModelError,
 }
 
-/// One bike of the fleet: what its file says and what is true.
+/// One motorcycle of the fleet: its file, which may be wrong, beside the truth.
 #[derive(Debug, Clone)]
 pub struct Machine {
     /// The bike file.
@@ -357,41 +356,24 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         }
     };
     let tyres = [tyre(Axle::Front), tyre(Axle::Rear)];
-    let weight = bike.mass * GRAVITY / bike.wheelbase;
-    let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l);
-    // the overturning stiffness is the crown of the loaded tyre
-    let crown =
-        [0, 1].map(|k| tyres[k].overturning_stiffness + load[k] / tyres[k].vertical_stiffness);
-    Plant {
-        mass: bike.mass,
-        cg_to_front: bike.cg_to_front,
-        wheelbase: bike.wheelbase,
-        cg_height: bike.cg_height,
-        caster_angle: bike.caster_angle,
+    let vehicle = Vehicle {
         roll_inertia: get("roll_inertia"),
         yaw_inertia: get("yaw_inertia"),
         wheel_inertia: [
             bike.front.wheel_inertia.unwrap_or(get("front_inertia")),
             bike.rear.wheel_inertia.unwrap_or(get("rear_inertia")),
         ],
-        tyres,
         drag: get("drag"),
-        friction: get("friction"),
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
-        crown,
         deflection_share: get("deflection_share"),
-        slip_stiffness_load: 0.0,
-        pitch_inertia: PITCH_GYRATION[0] * bike.mass,
-        normal_trail: bike.normal_trail(),
-        sag: [0.0; 2],
-        dive_arm: contact_arms(
-            bike.cg_height,
-            [bike.front.radius, bike.rear.radius],
-            bike.wheelbase,
-            bike.caster_angle,
-        ),
-        model_error: ModelError::default(),
-    }
+        ..Vehicle::of(bike)
+    };
+    let load = vehicle.static_loads();
+    // the overturning stiffness is the crown of the loaded tyre
+    let crown =
+        [0, 1].map(|k| tyres[k].overturning_stiffness + load[k] / tyres[k].vertical_stiffness);
+    let (friction, model_error) = (get("friction"), ModelError::default());
+    Plant { vehicle, tyres, crown, friction, model_error }
 }
 
 #[cfg(test)]

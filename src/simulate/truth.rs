@@ -144,15 +144,17 @@ fn lateral(rows: &cornering::Rows) -> [(C, f64); 3] {
 
 /// Every coefficient of an on-road session; `config` chooses the corner samples as in the estimate.
 pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) -> Truth {
+    let vehicle = &plant.vehicle;
     let mut v = Values::default();
-    let (lf, l) = (plant.cg_to_front, plant.wheelbase);
+    let (lf, l) = (vehicle.cg_to_front, vehicle.wheelbase);
     let share = [(l - lf) / l, lf / l];
     let at = |k: usize| {
         let (state, response) = (&ride.states[k], &ride.trace[k]);
         Cornering {
             roll: state.roll,
             roll_rate: state.roll_rate,
-            longitudinal: plant.mass * response.acceleration[0] + plant.drag * state.vx * state.vx,
+            longitudinal: vehicle.mass * response.acceleration[0]
+                + vehicle.drag * state.vx * state.vx,
             camber: response.camber,
             slip_angle: state.alpha,
             force_y: response.tyre.map(|t| t.force_y),
@@ -162,14 +164,14 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
     for (i, axle) in Axle::BOTH.into_iter().enumerate() {
         let tyre = &plant.tyres[i];
         let ridden = (ride.labels.as_slice(), ride.session.rate, ride.states.len());
-        let weight = plant.mass * GRAVITY;
+        let weight = vehicle.mass * GRAVITY;
         let of = (i, tyre.side_force_ratio);
         for (coefficient, value) in lateral(&cornering_rows(ridden, &at, weight, of, config)) {
             v[(axle, coefficient)] = value;
         }
         let k0 = tyre.stiffness.k_alpha(0.0, tyre.side_force_ratio);
         let mf = tyre.friction;
-        let load = plant.mass * GRAVITY * share[i];
+        let load = vehicle.mass * GRAVITY * share[i];
         for (coefficient, value) in [
             (C::EffectiveRollingRadius, tyre.rolling_radius),
             (C::PeakSlip, tyre.peak_slip),
@@ -178,7 +180,7 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
             (C::MfD, mf.d),
             (C::MfE1, mf.e1),
             (C::MfE2, mf.e2),
-            (C::SlipStiffnessLoad, plant.slip_stiffness_load),
+            (C::SlipStiffnessLoad, vehicle.slip_stiffness_load),
             (C::CorneringStiffness0, k0),
             (C::CamberStiffness0, k0 * tyre.side_force_ratio),
             (C::SideForceRatio, tyre.side_force_ratio),
@@ -190,7 +192,7 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
             v[(axle, coefficient)] = value;
         }
     }
-    v[(Part::Vehicle, C::Drag)] = plant.drag;
+    v[(Part::Vehicle, C::Drag)] = vehicle.drag;
     v[(Part::Vehicle, C::RollingResistance)] = plant.tyres[0].rolling_resistance;
     v[(Part::Vehicle, C::OverturningStiffness)] =
         (0..2).map(|i| share[i] * plant.tyres[i].overturning_stiffness).sum();

@@ -98,7 +98,7 @@ pub(super) fn of_reduced(ride: &mut Simulated, plant: &Plant, sensors: &Sensors)
         seen.put(Quantity::ForceY, response.tyre.map(|t| t.force_y));
         seen.put(Quantity::Load, response.load);
         seen.put(Quantity::MomentX, response.tyre.map(|t| t.moment_x));
-        let torque = |k: usize| pressure[k].get(i).map_or(0.0, |p| p * plant.brake_gain[k]);
+        let torque = |k: usize| pressure[k].get(i).map_or(0.0, |p| p * plant.vehicle.brake_gain[k]);
         seen.put(Quantity::BrakeTorque, [torque(0), torque(1)]);
     }
     seen.record(&mut ride.session, sensors);

@@ -11,7 +11,6 @@ pub(crate) mod magic_formula;
 pub(crate) mod mf_62;
 mod mf_62_scale;
 pub(crate) mod mf_mc;
-pub(crate) mod offroad;
 pub(crate) mod pair;
 pub(crate) mod paper;
 pub(crate) mod published;

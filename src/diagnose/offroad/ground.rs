@@ -13,7 +13,7 @@
 //! ```
 
 use crate::estimate::offroad::kinematics::Kinematics;
-use crate::tyre::offroad::equations::{Equations, Matrices};
+use crate::motorcycle::offroad::equations::{Equations, Matrices};
 
 /// Largest angle between ground and chassis that is believed, rad.
 const STEEPEST: f64 = 0.7;

@@ -21,10 +21,10 @@ use super::ground;
 use crate::GRAVITY;
 use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider;
+use crate::motorcycle::offroad::equations::Matrices;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 use crate::segment::Segment;
 use crate::segment::manoeuvre::ManoeuvreKind;
-use crate::tyre::offroad::equations::Matrices;
-use crate::tyre::offroad::machine::Machine;
 
 /// Samples per second that the residuals are made from.
 const RATE: f64 = 200.0;
@@ -251,7 +251,13 @@ impl Samples<'_> {
 }
 
 /// `b_1` without a rider, with air and, while driving, the chain's share of the wheel's spin.
-fn right(machine: &Machine, e: &Estimate, at: &Matrices, i: usize, driving: bool) -> [f64; 5] {
+fn right(
+    machine: &PlanarMotorcycle,
+    e: &Estimate,
+    at: &Matrices,
+    i: usize,
+    driving: bool,
+) -> [f64; 5] {
     let k = &e.kinematics;
     let mut b = at.known(
         &[k.xdd[i], k.zdd[i], k.mudd[i], k.zdd_f[i], k.add_r[i]],
@@ -316,7 +322,7 @@ impl State {
     fn covectors(
         self,
         columns: &[[f64; 4]; 5],
-        machine: &Machine,
+        machine: &PlanarMotorcycle,
         e: &Estimate,
         i: usize,
     ) -> [Option<[f64; 5]>; 7] {

@@ -18,11 +18,11 @@ use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider::{self, Rider};
 use crate::ingest::maps::ChannelMap;
+use crate::motorcycle::offroad::equations::Motion;
+use crate::motorcycle::offroad::planar::{Noise, PlanarMotorcycle};
 use crate::pipeline::{self, OffroadForces, Pipeline, Rejection};
 use crate::store::objects::Location;
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
-use crate::tyre::offroad::equations::Motion;
-use crate::tyre::offroad::machine::{Machine, Noise};
 
 /// Fewest blocks that are worth a diagnosis: half a minute on the ground.
 const FEWEST: usize = 200;
@@ -216,7 +216,7 @@ fn with_rider_b(residuals: &Residuals, e: &Estimate, config: &rider::Config) -> 
 }
 
 /// Covariance of the known side from the sensors and the suspension's forces.
-fn covariance(machine: &Machine) -> [[f64; 5]; 5] {
+fn covariance(machine: &PlanarMotorcycle) -> [[f64; 5]; 5] {
     let noise = machine.noise.unwrap_or(USUAL);
     let m = machine.equations.at(&Motion { z_f: 0.1, a_r: 0.17, ..Motion::default() }).m;
     let mut out = [[0.0; 5]; 5];

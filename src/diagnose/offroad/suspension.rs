@@ -8,7 +8,7 @@ use super::curve::Curve;
 use super::declaration::{Declaration, Ride};
 use crate::diagnose::cause::Candidate;
 use crate::filter::high_cut;
-use crate::tyre::offroad::machine::Strut;
+use crate::motorcycle::offroad::planar::Strut;
 
 /// Coulomb friction of the fork.
 pub(crate) const FORK_FRICTION: Declaration = Declaration {

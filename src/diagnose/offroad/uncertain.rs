@@ -10,7 +10,7 @@ use super::residuals::Residuals;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::estimate::offroad::Estimate;
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// Key, standard uncertainty as a share of the number, the same in its unit.
 const KEYS: &[(&str, f64, f64)] = &[
@@ -53,7 +53,7 @@ pub(crate) fn columns(residuals: &Residuals, e: &Estimate, bike: &Bike) -> Vec<V
             continue;
         }
         // a bike that cannot be is none that could have been ridden
-        let Ok(other) = Machine::new(&bike.with(key, value + sigma)) else { continue };
+        let Ok(other) = PlanarMotorcycle::new(&bike.with(key, value + sigma)) else { continue };
         out.push(residuals.response(|j, driving| {
             let i = j * step;
             let motion = k.motion(i);
@@ -66,7 +66,9 @@ pub(crate) fn columns(residuals: &Residuals, e: &Estimate, bike: &Bike) -> Vec<V
                 b_changed[row] - b[row] - tyres
             });
             if driving {
-                let kappa = |m: &Machine| m.chain.kappa(&m.equations, k.a_r[i]) * m.equations.p.r_r;
+                let kappa = |m: &PlanarMotorcycle| {
+                    m.chain.kappa(&m.equations, k.a_r[i]) * m.equations.p.r_r
+                };
                 db[4] -= (kappa(&other) - kappa(&e.machine)) * f[4];
             }
             finite(db)

@@ -82,19 +82,20 @@ pub struct Posture {
 impl Posture {
     /// That of some parameters.
     pub fn of(p: &Parameters) -> Self {
+        let (vehicle, sensors) = (&p.vehicle, &p.sensors);
         Posture {
-            mass: p.mass,
-            cg_to_front: p.cg_to_front,
-            wheelbase: p.wheelbase,
-            cg_height: p.cg_height,
-            caster: p.caster_angle.sin_cos(),
-            yaw_rate_zero: p.yaw_rate_zero,
-            vy_zero: p.vy_zero,
-            velocity_height: p.velocity_height,
-            sag: p.sag,
-            normal_trail: p.normal_trail,
+            mass: vehicle.mass,
+            cg_to_front: vehicle.cg_to_front,
+            wheelbase: vehicle.wheelbase,
+            cg_height: vehicle.cg_height,
+            caster: vehicle.caster_angle.sin_cos(),
+            yaw_rate_zero: sensors.yaw_rate_zero,
+            vy_zero: sensors.vy_zero,
+            velocity_height: sensors.velocity_height,
+            sag: vehicle.sag,
+            normal_trail: vehicle.normal_trail,
             crown: p.crown(),
-            dive_arm: p.dive_arm,
+            dive_arm: vehicle.dive_arm,
             relaxation_length: p.relaxation_length,
             error: p.model_error.of_attitude(),
         }

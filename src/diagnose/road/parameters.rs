@@ -5,83 +5,82 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
-use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
+use crate::fit::friction::Friction;
+use crate::motorcycle::vehicle::Vehicle;
 use crate::simulate::effects::physics::Reach;
 use crate::simulate::effects::{Effect, ModelError, PRIOR};
 use crate::tyre::MagicFormula;
 use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
 use crate::tyre::paper::trail_0;
-use crate::tyre::tyre_model::{Carcass, USUAL_SHARE};
-
-/// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
-const ROLL_GYRATION: f64 = 0.085;
+use crate::tyre::tyre_model::Carcass;
 
 /// A motorcycle, its tyres and its sensors, as the residuals know them. SI; pairs are front and rear.
+///
+/// Apart from the simulator's `Plant`, because its tyres are in the forms that the fit moves: stiffness and its decay,
+/// one crown for both tyres, one rolling resistance. [`plant`](super::replay::plant) turns them into the paper's.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)] // the names of `simulate::motorcycle::Plant`
+#[allow(missing_docs)] // the names of `tyre::Tyre`
 pub struct Parameters {
-    pub mass: f64,
-    pub cg_to_front: f64,
-    pub wheelbase: f64,
-    pub cg_height: f64,
-    pub caster_angle: f64,
-    pub yaw_inertia: f64,
-    pub roll_inertia: f64,
-    pub wheel_inertia: [f64; 2],
-    pub side_force_ratio: [f64; 2],
-    pub twisting_stiffness: [f64; 2],
-    pub relaxation_length: [f64; 2],
-    pub trail: [f64; 2],
-    pub drag: f64,
+    /// Masses, lengths, inertias, brakes.
+    pub vehicle: Vehicle,
     pub rolling_resistance: f64,
-    pub brake_gain: [f64; 2],
     pub radius: [f64; 2],
     pub friction: [MagicFormula; 2],
     /// `k0`, `decay` of `k_alpha = k0 tan(g)/g / (1 + decay g^2)`, 1/rad and 1/rad².
     pub stiffness: [[f64; 2]; 2],
+    pub side_force_ratio: [f64; 2],
+    pub twisting_stiffness: [f64; 2],
+    pub relaxation_length: [f64; 2],
+    /// Pneumatic trails under the loads at rest, m.
+    pub trail: [f64; 2],
+    pub vertical_stiffness: [f64; 2],
     /// Overturning stiffness of the vehicle, m.
     pub overturning: f64,
     /// Widths of the tyres, m.
     pub width: [f64; 2],
     /// Crown radius of the tyres over their width.
     pub crown_ratio: f64,
-    pub vertical_stiffness: [f64; 2],
-    /// Share of a tyre's deflection by which it rolls shorter.
-    pub deflection_share: f64,
-    /// Slip stiffness per load that is gained with the load at rest once more, over itself.
-    pub slip_stiffness_load: f64,
-    /// How fast the contacts fall behind the mass centre per rate of dive, m.
-    pub dive_arm: [f64; 2],
-    /// Pitch inertia about the mass centre over the mass, m².
-    pub pitch_gyration: f64,
-    /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m.
-    pub normal_trail: f64,
     /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
     pub roll_rate_term: f64,
-    /// Sensor zeros.
+    pub sensors: Sensors,
+    /// What the base leaves out, zero in it.
+    pub model_error: ModelError,
+}
+
+/// Zeros, delays and places of the sensors, as far as the base model fits them; zero of perfect ones.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sensors {
+    /// Zero of the yaw rate, rad/s.
     pub yaw_rate_zero: f64,
-    /// As above.
+    /// Zero of the lateral acceleration, m/s².
     pub ay_zero: f64,
-    /// As above.
+    /// Zero of the longitudinal acceleration, m/s².
     pub ax_zero: f64,
-    /// As above.
+    /// Zero of the lateral velocity, m/s.
     pub vy_zero: f64,
     /// Error of the measured lean over the lean: as much of gravity is in the lateral acceleration that the logger
     /// turned into the level frame with it.
     pub attitude_scale: f64,
-    /// How far the springs of each end give under the load at rest, m: as much again for every further load, so
-    /// that in a bend the frame comes down between the wheels.
-    pub sag: [f64; 2],
-    /// How late the measured lean is, s: what is missing of it is in the lateral acceleration too.
+    /// Delay of the measured lean, s: what is missing of it is in the lateral acceleration too.
     pub attitude_delay: f64,
-    /// How far above the mass centre the lateral velocity is measured, m.
+    /// Height of the lateral velocity's place above the mass centre, m.
     pub velocity_height: f64,
-    /// How far ahead of the mass centre and above it the accelerations are measured, m.
+    /// Place of the accelerometer ahead of the mass centre and above it, m.
     pub accelerometer: [f64; 2],
-    /// How far the accelerometer is turned to the left, rad.
+    /// Angle by which the accelerometer is turned to the left, rad.
     pub accelerometer_yaw: f64,
-    /// What the base leaves out, zero in it.
-    pub model_error: ModelError,
+}
+
+impl Sensors {
+    /// Readings at rest, in the channels' units.
+    pub(super) fn zeros(&self) -> [(Channel, f64); 4] {
+        [
+            (Channel::YawRate, self.yaw_rate_zero),
+            (Channel::AccelerationY, self.ay_zero),
+            (Channel::AccelerationX, self.ax_zero),
+            (Channel::VelocityY, self.vy_zero),
+        ]
+    }
 }
 
 /// One of the [`Parameters`] that can be fitted.
@@ -157,10 +156,10 @@ macro_rules! parameter {
 /// The base model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
 /// its logarithm: it is known by ratio, and never nothing.
 pub const BASE: &[Parameter] = &[
-    parameter!("drag", 0.035, 3.0, |w| w.drag),
+    parameter!("drag", 0.035, 3.0, |w| w.vehicle.drag),
     parameter!("rolling_resistance", 0.0015, 3.0, |w| w.rolling_resistance),
-    parameter!("brake_gain_front", 2.4e-5, 10.0, |w| w.brake_gain[0]),
-    parameter!("brake_gain_rear", 1.6e-5, 10.0, |w| w.brake_gain[1]),
+    parameter!("brake_gain_front", 2.4e-5, 10.0, |w| w.vehicle.brake_gain[0]),
+    parameter!("brake_gain_rear", 1.6e-5, 10.0, |w| w.vehicle.brake_gain[1]),
     parameter!("radius_front", 0.003, 10.0, |w| w.radius[0]),
     parameter!("radius_rear", 0.003, 10.0, |w| w.radius[1]),
     Parameter {
@@ -206,33 +205,33 @@ pub const BASE: &[Parameter] = &[
     parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1], Reach::LATERAL),
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.overturning),
     parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
-    parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
+    parameter!("deflection_share", DEFLECTION_SHARE, 1.0, |w| w.vehicle.deflection_share),
     parameter!(
         "slip_stiffness_load",
         SLIP_STIFFNESS_LOAD,
         1.0,
-        |w| w.slip_stiffness_load,
+        |w| w.vehicle.slip_stiffness_load,
         Reach::SLIPS
     ),
     parameter!("vertical_stiffness_front", 1e4, 1.0, |w| w.vertical_stiffness[0]),
-    parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
-    parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
-    parameter!("pitch_gyration", PITCH_GYRATION[1], 1.0, |w| w.pitch_gyration),
-    parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia, Reach::ROLL),
+    parameter!("dive_arm_front", 0.2, 1.0, |w| w.vehicle.dive_arm[0]),
+    parameter!("dive_arm_rear", 0.15, 1.0, |w| w.vehicle.dive_arm[1]),
+    parameter!("pitch_gyration", PITCH_GYRATION[1], 1.0, |w| w.vehicle.pitch_gyration),
+    parameter!("roll_inertia", 5.0, 3.0, |w| w.vehicle.roll_inertia, Reach::ROLL),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term, Reach::ROLL),
-    parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
-    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero, Reach::SIDEWAYS),
-    parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
-    parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
-    parameter!("attitude_scale", 0.004, 2.0, |w| w.attitude_scale, Reach::KINEMATIC),
-    parameter!("sag_front", SAG[1], 1.0, |w| w.sag[0], Reach::ATTITUDE),
-    parameter!("sag_rear", SAG[1], 1.0, |w| w.sag[1], Reach::ATTITUDE),
-    parameter!("attitude_delay", 0.005, 1.0, |w| w.attitude_delay, Reach::KINEMATIC),
-    parameter!("velocity_height", 0.02, 1.0, |w| w.velocity_height, Reach::ATTITUDE),
-    parameter!("accelerometer_ahead", 0.02, 1.0, |w| w.accelerometer[0]),
+    parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.sensors.yaw_rate_zero),
+    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.sensors.ay_zero, Reach::SIDEWAYS),
+    parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.sensors.ax_zero),
+    parameter!("velocity_y_zero", 0.02, 5.0, |w| w.sensors.vy_zero),
+    parameter!("attitude_scale", 0.004, 2.0, |w| w.sensors.attitude_scale, Reach::KINEMATIC),
+    parameter!("sag_front", SAG[1], 1.0, |w| w.vehicle.sag[0], Reach::ATTITUDE),
+    parameter!("sag_rear", SAG[1], 1.0, |w| w.vehicle.sag[1], Reach::ATTITUDE),
+    parameter!("attitude_delay", 0.005, 1.0, |w| w.sensors.attitude_delay, Reach::KINEMATIC),
+    parameter!("velocity_height", 0.02, 1.0, |w| w.sensors.velocity_height, Reach::ATTITUDE),
+    parameter!("accelerometer_ahead", 0.02, 1.0, |w| w.sensors.accelerometer[0]),
     // on a tank, it may be well above the mass centre
-    parameter!("accelerometer_height", 0.1, 1.0, |w| w.accelerometer[1]),
-    parameter!("accelerometer_yaw", 0.002, 1.0, |w| w.accelerometer_yaw),
+    parameter!("accelerometer_height", 0.1, 1.0, |w| w.sensors.accelerometer[1]),
+    parameter!("accelerometer_yaw", 0.002, 1.0, |w| w.sensors.accelerometer_yaw),
 ];
 
 /// Least slip stiffness per load of a tyre: half of the softest published.
@@ -244,15 +243,23 @@ fn grip(curve: &mut MagicFormula, b: f64) {
     curve.b = b.max(SOFTEST / (curve.c * curve.d).max(0.1));
 }
 
+/// Share of the variance that a ride's friction curve explains, and slip ratio that it was braked to, from which priors are
+/// centred on it: a gentle stop. The curve of engine braking alone had its peak at 0.15.
+const RIDDEN: [f64; 2] = [0.9, 0.008];
+
+fn is_ridden(fit: &Friction) -> bool {
+    fit.quality.r_squared >= RIDDEN[0] && fit.deepest.first().is_some_and(|s| -s >= RIDDEN[1])
+}
+
 /// Cornering stiffness of a usual motorcycle tyre, 1/rad, and how it falls with camber, 1/rad².
 const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
 
 /// Crown radius of a tyre over its width, and its standard deviation: a tread across the whole width is a
 /// half circle; sports tyres are more pointed in the middle.
 const CROWN_RATIO: [f64; 2] = [0.5, 0.08];
-/// Share of its deflection by which a tyre rolls shorter, and its standard deviation (fits of published
-/// tyres: 0.25 to 0.38).
-const DEFLECTION_SHARE: [f64; 2] = [USUAL_SHARE, 0.08];
+/// Standard deviation of the share of its deflection by which a tyre rolls shorter (fits of published tyres: 0.25 to
+/// 0.38).
+const DEFLECTION_SHARE: f64 = 0.08;
 
 /// Standard deviation of what tyres gain in slip stiffness per load with the load at rest once more, about the bike
 /// file's or the usual one (tyres of `pipelines/tyres`: 0.14 to 0.38; the paper's form has none).
@@ -265,11 +272,9 @@ const SAG: [f64; 2] = [0.06, 0.04];
 impl Parameters {
     /// Carcasses of the tyres whose rolling radii under their loads at rest are known.
     pub fn carcasses(&self) -> [Carcass; 2] {
-        let per_length = self.mass * GRAVITY / self.wheelbase;
-        let still = [self.wheelbase - self.cg_to_front, self.cg_to_front].map(|l| l * per_length);
+        let (still, share) = (self.vehicle.static_loads(), self.vehicle.deflection_share);
         [0, 1].map(|k| {
             let (stiffness, crown) = (self.vertical_stiffness[k], self.crown()[k]);
-            let share = self.deflection_share;
             Carcass::of_rolling(self.radius[k], still[k], stiffness, crown, share)
         })
     }
@@ -279,31 +284,10 @@ impl Parameters {
         self.width.map(|w| self.crown_ratio * w)
     }
 
-    /// What the base's sensors read at rest, in the channels' units.
-    pub fn sensor_zeros(&self) -> [(Channel, f64); 4] {
-        [
-            (Channel::YawRate, self.yaw_rate_zero),
-            (Channel::AccelerationY, self.ay_zero),
-            (Channel::AccelerationX, self.ax_zero),
-            (Channel::VelocityY, self.vy_zero),
-        ]
-    }
-
     /// With sensors that sit at the mass centre and have neither zeros nor delays.
     #[must_use]
     pub fn with_perfect_sensors(&self) -> Self {
-        Parameters {
-            yaw_rate_zero: 0.0,
-            ay_zero: 0.0,
-            ax_zero: 0.0,
-            vy_zero: 0.0,
-            attitude_scale: 0.0,
-            attitude_delay: 0.0,
-            velocity_height: 0.0,
-            accelerometer: [0.0; 2],
-            accelerometer_yaw: 0.0,
-            ..self.clone()
-        }
+        Parameters { sensors: Sensors::default(), ..self.clone() }
     }
 
     /// Centre of the priors: that of the characterisation, but for the cornering
@@ -323,10 +307,9 @@ impl Parameters {
         let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l / bike.wheelbase);
         let each = |f: &dyn Fn(Axle, usize) -> f64| [f(Axle::Front, 0), f(Axle::Rear, 1)];
         let radius = each(&|axle, k| finite(inputs.radius[k], wheel(axle).radius));
-        let ratio = each(&|axle, _| wheel(axle).side_force_ratio);
         let friction = [0, 1].map(|k| match &solution.fits.friction[k] {
-            Some(fit) => fit.formula,
-            None => MagicFormula { b: 13.0, c: 1.5, d: 1.05, e1: 0.2, e2: 0.0 },
+            Some(fit) if is_ridden(fit) => fit.formula,
+            _ => MagicFormula { b: 13.0, c: 1.5, d: 1.05, e1: 0.2, e2: 0.0 },
         });
         // (39) multiplied through: k = tan(g)/g / (t1 + t2 g^2)
         let stiffness = [0, 1].map(|k| match &solution.fits.lateral[k].compliance {
@@ -335,52 +318,30 @@ impl Parameters {
             }
             _ => USUAL_STIFFNESS,
         });
-        Parameters {
-            mass: bike.mass,
-            cg_to_front: bike.cg_to_front,
-            wheelbase: bike.wheelbase,
-            cg_height: bike.cg_height,
-            caster_angle: bike.caster_angle,
-            yaw_inertia: bike.yaw_inertia(),
-            roll_inertia: ROLL_GYRATION * bike.mass,
-            wheel_inertia: each(&|axle, _| bike.wheel_inertia(axle)),
-            side_force_ratio: ratio,
-            twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
-            relaxation_length: each(&|axle, k| wheel(axle).relaxation_length.unwrap_or(radius[k])),
-            trail: each(&|axle, k| trail_0(radius[k], wheel(axle).vertical_stiffness, load[k])),
+        let vehicle = Vehicle {
             drag: finite(inputs.drag, bike.drag),
+            dive_arm: contact_arms(bike.cg_height, radius, bike.wheelbase, bike.caster_angle),
+            sag: [SAG[0]; 2],
+            slip_stiffness_load: 0.5
+                * Axle::BOTH.map(|a| inputs.bike.slip_stiffness_load(a)).iter().sum::<f64>(),
+            ..Vehicle::of(bike)
+        };
+        Parameters {
+            vehicle,
             rolling_resistance: finite(inputs.rolling, bike.rolling_resistance),
-            brake_gain: [
-                bike.brake_gain_front.unwrap_or(USUAL_BRAKE_GAIN[0]),
-                bike.brake_gain_rear.unwrap_or(USUAL_BRAKE_GAIN[1]),
-            ],
             radius,
             friction,
             stiffness,
+            side_force_ratio: each(&|axle, _| wheel(axle).side_force_ratio),
+            twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
+            relaxation_length: each(&|axle, k| wheel(axle).relaxation_length.unwrap_or(radius[k])),
+            trail: each(&|axle, k| trail_0(radius[k], wheel(axle).vertical_stiffness, load[k])),
+            vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),
             overturning: 0.05,
-            dive_arm: contact_arms(bike.cg_height, radius, bike.wheelbase, bike.caster_angle),
-            pitch_gyration: PITCH_GYRATION[0],
-            normal_trail: bike.normal_trail(),
             width: each(&|axle, _| wheel(axle).width),
             crown_ratio: CROWN_RATIO[0],
-            vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),
-            deflection_share: bike.front.deflection_share.unwrap_or(DEFLECTION_SHARE[0]),
-            slip_stiffness_load: 0.5
-                * Axle::BOTH
-                    .map(|a| solution.inputs.bike.slip_stiffness_load(a))
-                    .iter()
-                    .sum::<f64>(),
             roll_rate_term: 0.0,
-            yaw_rate_zero: 0.0,
-            ay_zero: 0.0,
-            ax_zero: 0.0,
-            vy_zero: 0.0,
-            attitude_scale: 0.0,
-            sag: [SAG[0]; 2],
-            attitude_delay: 0.0,
-            velocity_height: 0.0,
-            accelerometer: [0.0; 2],
-            accelerometer_yaw: 0.0,
+            sensors: Sensors::default(),
             model_error: ModelError::default(),
         }
     }

@@ -52,10 +52,11 @@ const UPRIGHT: f64 = 0.1;
 
 /// The simulated motorcycle that the parameters describe.
 pub(crate) fn plant(values: &Parameters) -> Plant {
+    let vehicle = values.vehicle.clone();
     // one crown for the vehicle, shared by the tyres' widths
     let share = [1.0, values.width[1] / values.width[0]];
-    let load =
-        [values.wheelbase - values.cg_to_front, values.cg_to_front].map(|x| x / values.wheelbase);
+    let load = [vehicle.wheelbase - vehicle.cg_to_front, vehicle.cg_to_front]
+        .map(|x| x / vehicle.wheelbase);
     let overturning = values.overturning / (share[0] * load[0] + share[1] * load[1]);
     let tyres = [0, 1].map(|k| {
         let ratio = values.side_force_ratio[k];
@@ -78,29 +79,8 @@ pub(crate) fn plant(values: &Parameters) -> Plant {
             lateral_peak: NO_LIMIT,
         }
     });
-    Plant {
-        mass: values.mass,
-        cg_to_front: values.cg_to_front,
-        wheelbase: values.wheelbase,
-        cg_height: values.cg_height,
-        caster_angle: values.caster_angle,
-        roll_inertia: values.roll_inertia,
-        yaw_inertia: values.yaw_inertia,
-        wheel_inertia: values.wheel_inertia,
-        tyres,
-        drag: values.drag,
-        friction: 1.0,
-        brake_gain: values.brake_gain,
-        crown: values.crown(),
-        deflection_share: values.deflection_share,
-        slip_stiffness_load: values.slip_stiffness_load,
-        dive_arm: values.dive_arm,
-        pitch_inertia: values.pitch_gyration * values.mass,
-        normal_trail: values.normal_trail,
-        sag: values.sag,
-        model_error: ModelError::default(),
-    }
-    .with(&values.model_error)
+    let (crown, model_error) = (values.crown(), ModelError::default());
+    Plant { vehicle, tyres, crown, friction: 1.0, model_error }.with(&values.model_error)
 }
 
 /// Where a replay takes up the measured motion again.
@@ -327,14 +307,14 @@ impl<'a> Ride<'a> {
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, pressure, dt);
         let (error, Brakes { whole, each }) = (&plant.model_error, self.brakes);
-        let gain = both(|k| error.brake_gain(1.0, plant.mass, each[k]));
-        let drag = both(|k| error.brake_drag(0.0, plant.mass, whole, Axle::BOTH[k]));
+        let gain = both(|k| error.brake_gain(1.0, plant.vehicle.mass, each[k]));
+        let drag = both(|k| error.brake_drag(0.0, plant.vehicle.mass, whole, Axle::BOTH[k]));
         let radius = both(|k| plant.tyres[k].rolling_radius);
-        let above = above_axles(plant.cg_height, radius);
+        let above = above_axles(plant.vehicle.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
         let given = |action: Action, i: usize| Action {
             brake: both(|k| {
-                drag[k] + plant.brake_gain[k] * gain[k] * known(&measured.pressures[k], i)
+                drag[k] + plant.vehicle.brake_gain[k] * gain[k] * known(&measured.pressures[k], i)
             }),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
@@ -351,7 +331,7 @@ impl<'a> Ride<'a> {
             // what the road, the wind and the brakes do is known from what the motorcycle did a moment ago
             false if felt && self.action.drive != 0.0 => {
                 let missing = self.wanted(measured, i, FELT_THROTTLE) - response.acceleration[0];
-                let torque = self.inertia() * missing * plant.tyres[1].rolling_radius;
+                let torque = plant.moving_mass() * missing * plant.tyres[1].rolling_radius;
                 self.limited(self.action.drive + FELT * dt * torque)
             }
             false => self.throttle(measured, i),
@@ -389,25 +369,19 @@ impl<'a> Ride<'a> {
         known(&measured.ax, i) + back * (measured.speed(&plant.model_error, i) - state.vx)
     }
 
-    /// Mass and what the wheels' spin adds to it, kg.
-    fn inertia(&self) -> f64 {
-        let Plant { mass, wheel_inertia, tyres, .. } = self.plant;
-        mass + (0..2).map(|k| wheel_inertia[k] / tyres[k].rolling_radius.powi(2)).sum::<f64>()
-    }
-
     /// Drive torque, N m, that gives the wanted acceleration on a level road in still air.
     fn throttle(&self, measured: &Measured, i: usize) -> f64 {
         let Ride { plant, state, .. } = self;
-        let rolling = plant.tyres[1].rolling_resistance * plant.mass * crate::GRAVITY;
-        let force = self.inertia() * self.wanted(measured, i, THROTTLE)
-            + plant.drag * state.vx * state.vx
+        let rolling = plant.tyres[1].rolling_resistance * plant.vehicle.mass * crate::GRAVITY;
+        let force = plant.moving_mass() * self.wanted(measured, i, THROTTLE)
+            + plant.vehicle.drag * state.vx * state.vx
             + rolling;
         self.limited(force * plant.tyres[1].rolling_radius)
     }
 
     /// A drive torque within what engines give, N m.
     fn limited(&self, torque: f64) -> f64 {
-        let most = self.plant.mass * 9.8 * self.plant.tyres[1].rolling_radius;
+        let most = self.plant.vehicle.mass * 9.8 * self.plant.tyres[1].rolling_radius;
         torque.clamp(-0.2 * most, 0.9 * most)
     }
 }

@@ -114,18 +114,22 @@ pub(super) fn blocks_of<A: Borrow<Attitude>, F: Borrow<Forces>>(
 #[inline(always)]
 fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool) -> [f64; 2] {
     // of the other reading, whatever its zero; a log without the lateral one keeps its slips
-    let turned = p.accelerometer_yaw;
+    let turned = p.sensors.accelerometer_yaw;
     let aside = if s.ay[i].is_nan() { 0.0 } else { s.ay[i] };
     // above the mass centre a frame that begins to dive pushes the sensor ahead
-    let ahead = p.accelerometer[1] * s.divedd[i];
-    let ax = s.ax[i] - p.ax_zero - turned * aside - ahead;
-    let ay = s.ay[i] - p.ay_zero + turned * s.ax[i];
+    let ahead = p.sensors.accelerometer[1] * s.divedd[i];
+    let ax = s.ax[i] - p.sensors.ax_zero - turned * aside - ahead;
+    let ay = s.ay[i] - p.sensors.ay_zero + turned * s.ax[i];
     if !bend {
         return [ax, ay]; // and neither roll nor yaw rate need be there
     }
     let yaw = [a.r, s.yaw_rated[i]];
-    let off =
-        beside(p.accelerometer, yaw, (a.lean.sin_phi, a.lean.cos_phi), [s.rolld[i], s.rolldd[i]]);
+    let off = beside(
+        p.sensors.accelerometer,
+        yaw,
+        (a.lean.sin_phi, a.lean.cos_phi),
+        [s.rolld[i], s.rolldd[i]],
+    );
     [ax - off[0], ay - off[1]]
 }
 
@@ -187,20 +191,21 @@ struct Fixed {
 
 impl Fixed {
     fn of(w: &Parameters) -> Self {
-        let (l, lf) = (w.wheelbase, w.cg_to_front);
+        let vehicle = &w.vehicle;
+        let (l, lf) = (vehicle.wheelbase, vehicle.cg_to_front);
         let lengths = Lengths::new(lf, l);
-        let still = lengths.loads(w.mass * GRAVITY, 0.0, 0.0);
+        let still = lengths.loads(vehicle.mass * GRAVITY, 0.0, 0.0);
         let error = &w.model_error;
         Fixed {
-            inertia: w.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
+            inertia: vehicle.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
             ratio: both(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
-            per_mass: 1.0 / w.mass,
+            per_mass: 1.0 / vehicle.mass,
             lengths,
             per_length: 1.0 / l,
             carcass: w.carcasses(),
             crown: w.width.map(|width| width / w.width[0]),
-            sag: w.sag[0] + (w.sag[1] - w.sag[0]) * lf / l,
-            above_axles: above_axles(w.cg_height, w.radius),
+            sag: vehicle.at_mass_centre(vehicle.sag),
+            above_axles: above_axles(vehicle.cg_height, w.radius),
             mean_radius: 0.5 * (w.radius[0] + w.radius[1]),
             still,
             per_still: still.map(|n| 1.0 / n),
@@ -249,9 +254,9 @@ impl Instant<'_> {
         match self.cornering() {
             true => {
                 let centre = self.p.overturning - self.fixed.sag;
-                height_in_plane(self.p.cg_height, centre, self.a.lean.cos_phi)
+                height_in_plane(self.p.vehicle.cg_height, centre, self.a.lean.cos_phi)
             }
-            false => self.p.cg_height,
+            false => self.p.vehicle.cg_height,
         }
     }
 
@@ -259,14 +264,14 @@ impl Instant<'_> {
     pub(super) fn longitudinal(&self) -> Forces {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
-        let m = p.mass;
+        let m = p.vehicle.mass;
         let (v, &Lean { sin_phi, cos_phi, versine, .. }) = (a.v, &a.lean);
         let h = self.height();
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
         // the mass centre goes down while leaning in
         let sinking = match self.cornering() {
             true => {
-                let rising = p.cg_height - p.overturning + fixed.sag;
+                let rising = p.vehicle.cg_height - p.overturning + fixed.sag;
                 rising * (cos_phi * rolld * rolld + sin_phi * rolldd)
             }
             false => 0.0,
@@ -279,13 +284,13 @@ impl Instant<'_> {
                 | ManoeuvreKind::RearBraking
                 | ManoeuvreKind::CombinedBraking
         );
-        let drag = error.drag(p.drag, v, along);
+        let drag = error.drag(p.vehicle.drag, v, along);
         let uphill = error.uphill(m * GRAVITY * s.grade[i], m * GRAVITY, along);
         let rolling = error.rolling_resistance(p.rolling_resistance, v);
         let resistance = drag + rolling * weight + uphill;
         let whole = m * self.ax + drag + uphill;
         let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
-        let turning = spin_rate + m * p.pitch_gyration * s.divedd[i];
+        let turning = spin_rate + m * p.vehicle.pitch_gyration * s.divedd[i];
         let transferred = error.pitch_moment(pitching(whole, h, turning, cos_phi), drag);
         let ahead = fixed.above_axles * s.dive[i] - load_lead(rolling, fixed.mean_radius);
         let carried = fixed.lengths.loads(weight, ahead, transferred);
@@ -296,7 +301,7 @@ impl Instant<'_> {
         let dragging = both(|k| error.brake_drag(0.0, m, heat.whole, Axle::BOTH[k]));
         let wheel_force = |k: usize| {
             let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
-            -(p.brake_gain[k] * gain[k] * pressure
+            -(p.vehicle.brake_gain[k] * gain[k] * pressure
                 + dragging[k]
                 + fixed.inertia[k] * s.omegad[k][i])
                 / fixed.carcass[k].lever_arm(load[k], versine[k])
@@ -346,7 +351,7 @@ impl Instant<'_> {
                 slip[k] = 0.0;
                 continue;
             }
-            let stiffer = slip_stiffness_under(p.slip_stiffness_load, x.extra_load[k]);
+            let stiffer = slip_stiffness_under(p.vehicle.slip_stiffness_load, x.extra_load[k]);
             let (value, slope) = curve(k, i, stiffer * ratio / grip);
             let value = grip * value * error.relative_friction(1.0, x.extra_load[k]);
             let sigma_s = 0.02 / v + 0.001;
@@ -362,14 +367,14 @@ impl Instant<'_> {
         let &Instant { s, p, fixed, a, i, ay, .. } = self;
         let error = &p.model_error;
         let &Lean { sin_phi, cos_phi, sin_d, cos_d, camber, tangent, .. } = &a.lean;
-        let (lf, lr) = (p.cg_to_front, p.wheelbase - p.cg_to_front);
+        let (lf, lr) = (p.vehicle.cg_to_front, p.vehicle.wheelbase - p.vehicle.cg_to_front);
         let &Fixed { ratio, per_length, .. } = fixed;
         let stiffness = both(|k| {
             let [k0, decay] = p.stiffness[k];
             let g: f64 = camber[k];
             k0 * tangent[k] / (1.0 + decay * g * g) * error.relative_stiffness(1.0, x.extra_load[k])
         });
-        let lateral = p.mass * (ay - GRAVITY * error.weight_across(0.0));
+        let lateral = p.vehicle.mass * (ay - GRAVITY * error.weight_across(0.0));
         let first = [lateral * lr * per_length, lateral * lf * per_length];
         let mut moment = 0.0;
         for k in 0..2 {
@@ -378,7 +383,7 @@ impl Instant<'_> {
             moment += -error.twisting_stiffness(p.twisting_stiffness[k]) * x.load[k] * camber[k]
                 - p.trail[k] * error.relative_trail(1.0) * relative.max(0.0) * by_slip;
         }
-        let turning = p.yaw_inertia * s.yaw_rated[i] - moment
+        let turning = p.vehicle.yaw_inertia * s.yaw_rated[i] - moment
             + self.height() * sin_phi * x.whole
             + error.spin(1.0) * x.spin_rate * sin_phi
             + self.spin() * cos_phi * s.rolld[i];
@@ -406,13 +411,14 @@ impl Instant<'_> {
         let aside = p.model_error.mass_centre_aside(h * sin_phi, phi);
         // the steered front wheel stands beside the plane
         let steered = match handlebar.is_finite() {
-            true => p.normal_trail * sin_handlebar / cos_phi * x.load[0],
+            true => p.vehicle.normal_trail * sin_handlebar / cos_phi * x.load[0],
             false => 0.0,
         };
-        let balanced =
-            (x.weight * (-aside + p.overturning * tan_road) + steered + p.roll_inertia * rolldd
-                - self.spin() * a.r * cos_phi)
-                * fixed.per_mass;
+        let balanced = (x.weight * (-aside + p.overturning * tan_road)
+            + steered
+            + p.vehicle.roll_inertia * rolldd
+            - self.spin() * a.r * cos_phi)
+            * fixed.per_mass;
         self.ay - balanced / (h * cos_phi) - p.roll_rate_term * rolld
     }
 
@@ -448,9 +454,10 @@ impl Instant<'_> {
             let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
             out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
             // in the other balances the same error of the lean stands on the other side
-            let off = p.attitude_scale * a.lean.sin_phi + p.attitude_delay * s.rolld[i];
+            let off =
+                p.sensors.attitude_scale * a.lean.sin_phi + p.sensors.attitude_delay * s.rolld[i];
             let above = if self.cornering() {
-                p.velocity_height * a.lean.cos_phi * s.rolldd[i]
+                p.sensors.velocity_height * a.lean.cos_phi * s.rolldd[i]
             } else {
                 0.0
             };

@@ -52,14 +52,15 @@ pub(crate) fn drifts(
     let get = |c: Channel| session.get(c);
     let dt = 1.0 / session.rate;
     let yaw_rate = get(Channel::YawRate);
-    let turning = |i: usize| yaw_rate.map_or(0.0, |r| r[i] - values.yaw_rate_zero);
+    let turning = |i: usize| yaw_rate.map_or(0.0, |r| r[i] - values.sensors.yaw_rate_zero);
     if let (Some(v), Some(ax)) = (get(Channel::VelocityX), get(Channel::AccelerationX)) {
         let vy = get(Channel::VelocityY);
-        let rate = |i: usize| ax[i] - values.ax_zero + turning(i) * vy.map_or(0.0, |y| y[i]);
+        let rate =
+            |i: usize| ax[i] - values.sensors.ax_zero + turning(i) * vy.map_or(0.0, |y| y[i]);
         let walk = white_noise(ax).powi(2) * dt;
         out.extend(of_signal(v, rate, walk, session.rate, segments, Channel::VelocityX));
         if let (Some(vy), Some(ay)) = (vy, get(Channel::AccelerationY)) {
-            let rate = |i: usize| ay[i] - values.ay_zero - turning(i) * v[i];
+            let rate = |i: usize| ay[i] - values.sensors.ay_zero - turning(i) * v[i];
             let fast = 15.0; // m/s, a usual speed
             let turns = yaw_rate.map_or(0.0, white_noise) * fast;
             let walk = (white_noise(ay).powi(2) + turns * turns) * dt;

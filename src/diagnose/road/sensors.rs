@@ -2,7 +2,7 @@
 //! large, places beside the mass centre. The residuals take the same errors off.
 
 use super::dive::diving;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Sensors};
 use super::residuals::beside;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
@@ -31,12 +31,12 @@ impl Motion {
     }
 
     /// What is missing of the measured lean at a sample, rad.
-    fn missing(&self, p: &Parameters, i: usize) -> f64 {
+    fn missing(&self, p: &Sensors, i: usize) -> f64 {
         p.attitude_scale * self.sin_cos[i].0 + p.attitude_delay * self.rate[i]
     }
 
     /// How much slower aside the mass centre goes than the place of the sensor, m/s.
-    fn slower(&self, p: &Parameters, i: usize) -> f64 {
+    fn slower(&self, p: &Sensors, i: usize) -> f64 {
         -p.velocity_height * self.sin_cos[i].1 * self.rate[i]
     }
 }
@@ -48,7 +48,8 @@ fn rate_of(x: &[f64], rate: f64) -> Vec<f64> {
 }
 
 /// The session with the sensors' errors taken off what a replay is driven by.
-pub fn as_ridden(recorded: &Session, p: &Parameters) -> Session {
+pub fn as_ridden(recorded: &Session, values: &Parameters) -> Session {
+    let p = &values.sensors;
     let mut session = recorded.clone();
     shift(&mut session, p, -1.0);
     if let Some(motion) = Motion::of(recorded) {
@@ -59,7 +60,8 @@ pub fn as_ridden(recorded: &Session, p: &Parameters) -> Session {
 }
 
 /// A perfect logger's session with the sensors' errors in it.
-pub fn as_recorded(mut session: Session, p: &Parameters) -> Session {
+pub fn as_recorded(mut session: Session, values: &Parameters) -> Session {
+    let p = &values.sensors;
     if let Some(motion) = Motion::of(&session) {
         change(&mut session, Channel::VelocityY, |i| motion.slower(p, i));
         with_accelerometer(&mut session, p, &motion);
@@ -70,8 +72,8 @@ pub fn as_recorded(mut session: Session, p: &Parameters) -> Session {
 }
 
 /// Adds the zeros, times a sign.
-fn shift(session: &mut Session, p: &Parameters, sign: f64) {
-    for (channel, zero) in p.sensor_zeros() {
+fn shift(session: &mut Session, p: &Sensors, sign: f64) {
+    for (channel, zero) in p.zeros() {
         change(session, channel, |_| sign * zero);
     }
 }
@@ -86,7 +88,7 @@ fn change(session: &mut Session, channel: Channel, by: impl Fn(usize) -> f64) {
 }
 
 /// Accelerations of a sensor somewhat ahead, above and turned, which takes a wrong lean for gravity.
-fn with_accelerometer(session: &mut Session, p: &Parameters, motion: &Motion) {
+fn with_accelerometer(session: &mut Session, p: &Sensors, motion: &Motion) {
     let columns = [Channel::AccelerationX, Channel::AccelerationY, Channel::YawRate];
     let [Some(ax), Some(ay), Some(yaw_rate)] = columns.map(|c| session.get(c)) else {
         return;

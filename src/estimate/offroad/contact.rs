@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::kinematics::Kinematics;
 use crate::GRAVITY;
 use crate::contract::key_error::KeyError;
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// Settings of the detection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl Contact {
     /// Finds the flights of both wheels. A wheel whose row of the equations is lost is off when both
     /// are: while `-(sin mu b_1[1] + cos mu b_1[2])`, the bike's own part of both loads, is next to
     /// nothing.
-    pub fn detect(k: &Kinematics, machine: &Machine, config: &Config) -> Self {
+    pub fn detect(k: &Kinematics, machine: &PlanarMotorcycle, config: &Config) -> Self {
         let n = k.len();
         let equations = &machine.equations;
         let p = &equations.p;

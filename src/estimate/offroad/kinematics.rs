@@ -30,7 +30,7 @@ use crate::contract::warning::Warning;
 use crate::filter::{derivative, high_cut, integral, remove_slow};
 use crate::statistics::runs::runs;
 
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// Window of the FIR derivatives, s: a 20 Hz motion loses 0.6 % in it.
 const WINDOW: f64 = 0.02;
@@ -100,7 +100,7 @@ impl Kinematics {
     }
 
     /// From a filtered session.
-    pub fn new(session: &Session, machine: &Machine) -> (Self, Vec<Warning>) {
+    pub fn new(session: &Session, machine: &PlanarMotorcycle) -> (Self, Vec<Warning>) {
         let mut notes = Notes(Vec::new());
         let mut k = Kinematics { rate: session.rate, ..Kinematics::default() };
         let column = |c: Channel| session.get(c).filter(|x| x.iter().any(|v| v.is_finite()));
@@ -142,7 +142,12 @@ impl Kinematics {
     }
 
     /// `mu'' = -(a_a - a_b + mu'^2 (z_a - z_b)) / (x_a - x_b)`, from the pair farthest apart.
-    fn pitch_acceleration(&mut self, force: &Specific, machine: &Machine, notes: &mut Notes) {
+    fn pitch_acceleration(
+        &mut self,
+        force: &Specific,
+        machine: &PlanarMotorcycle,
+        notes: &mut Notes,
+    ) {
         let places = machine.sensors.places();
         let pairs = [(1, 2), (1, 0), (0, 2)]; // head and tail first, as in the paper
         let pair = pairs.into_iter().find(|&(a, b)| {
@@ -183,7 +188,7 @@ impl Kinematics {
         }
     }
 
-    fn forward(&mut self, column: &Columns<'_>, machine: &Machine, notes: &mut Notes) {
+    fn forward(&mut self, column: &Columns<'_>, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let (n, rate) = (self.mu.len(), self.rate);
         // a chassis point from the mass centre, in ground axes
         let turned = |mu: f64, [x, z]: [f64; 2]| {
@@ -234,7 +239,7 @@ impl Kinematics {
     }
 
     /// `z_s'' = (a_z3 - x_s'' sin mu) / cos mu + g`, `a_z3` brought to the mass centre.
-    fn vertical(&mut self, force: &Specific, machine: &Machine, notes: &mut Notes) {
+    fn vertical(&mut self, force: &Specific, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let n = self.mu.len();
         let places = machine.sensors.places();
         let used: Vec<usize> = match force[0] {
@@ -271,7 +276,7 @@ impl Kinematics {
     }
 
     /// `z_f'' = a_axle - a_top - mu'^2 (L_t - z_f)`.
-    fn fork(&mut self, column: &Columns<'_>, machine: &Machine, notes: &mut Notes) {
+    fn fork(&mut self, column: &Columns<'_>, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let (n, rate) = (self.mu.len(), self.rate);
         let Some(travel) = self.travel(column, Channel::ForkTravel, notes) else {
             self.lost[3] = true;
@@ -306,7 +311,7 @@ impl Kinematics {
             travel.iter().zip(&self.zd_f).map(|(z, v)| machine.fork.force(*z, *v)).collect();
     }
 
-    fn swing_arm(&mut self, column: &Columns<'_>, machine: &Machine, notes: &mut Notes) {
+    fn swing_arm(&mut self, column: &Columns<'_>, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let (n, rate) = (self.mu.len(), self.rate);
         let Some(travel) = self.travel(column, Channel::ShockTravel, notes) else {
             self.lost[4] = true;
@@ -351,7 +356,7 @@ impl Kinematics {
         self.shock = travel.to_vec();
     }
 
-    fn wheels(&mut self, column: &Columns<'_>, machine: &Machine, notes: &mut Notes) {
+    fn wheels(&mut self, column: &Columns<'_>, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let p = &machine.equations.p;
         let (rate, xdd) = (self.rate, &self.xdd);
         let mut spin = |channel: Channel, radius: f64| -> Vec<f64> {
@@ -492,7 +497,7 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
     })
 }
 
-impl crate::tyre::offroad::machine::Sensors {
+impl crate::motorcycle::offroad::planar::Placements {
     /// Inertial unit, head, tail.
     pub fn places(&self) -> [[f64; 2]; 3] {
         [self.imu, self.head, self.tail]

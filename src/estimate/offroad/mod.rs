@@ -5,10 +5,10 @@
 //!            17 variables  wheel off  f_r       f_t
 //! ```
 //!
-//! Assumes a filtered session and a bike file with `[offroad]`. The motorcycle is planar, four
-//! bodies and five coordinates ([`equations`](crate::tyre::offroad::equations)); it needs no model of the tyre. Inside this folder
-//! the axes are the paper's: Z down, pitch nose up. [`kinematics`] and [`machine`](crate::tyre::offroad::machine) turn them over
-//! on the way in, [`table`] on the way out.
+//! Assumes a filtered session and a bike file with `[offroad]`. The motorcycle is planar, four bodies and five
+//! coordinates ([`equations`](crate::motorcycle::offroad::equations)); it needs no model of the tyre. Inside this folder
+//! the axes are the paper's: Z down, pitch nose up. [`kinematics`] and [`planar`](crate::motorcycle::offroad::planar)
+//! turn them over on the way in, [`table`] on the way out.
 //!
 //! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), "Rider model for the estimation of tyre forces
 //! in off-road motorcycles", with the corrections of the book's chapter
@@ -31,8 +31,8 @@ use crate::contract::key_error::KeyError;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 
-use crate::tyre::offroad::chain::Chain;
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::chain::Chain;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 use contact::Contact;
 use kinematics::Kinematics;
 use rider::{Base, Forces, Rider};
@@ -121,7 +121,7 @@ impl Config {
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// The bike.
-    pub machine: Machine,
+    pub machine: PlanarMotorcycle,
     /// The seventeen variables.
     pub kinematics: Kinematics,
     /// Wheels off the ground.
@@ -153,7 +153,7 @@ pub fn run(
     bike: &Bike,
     config: &Config,
 ) -> Result<(Estimate, Vec<Warning>), KeyError> {
-    let mut machine = Machine::new(bike)?;
+    let mut machine = PlanarMotorcycle::new(bike)?;
     machine.chain = lever(machine.chain, config.chain);
     let (kinematics, mut warnings) = Kinematics::new(session, &machine);
     let incomplete = |message: String| warning("bike_file_incomplete", 1, None, message);
@@ -191,7 +191,7 @@ pub fn run(
 
 /// The forces of every rider of the settings that can stand on the motorcycle, at least the first.
 fn rider_forces(
-    machine: &Machine,
+    machine: &PlanarMotorcycle,
     kinematics: &Kinematics,
     contact: &Contact,
     config: &Config,

@@ -18,8 +18,8 @@ use super::nnls;
 use super::rider::Forces;
 use super::weights::{Weights, determined};
 use crate::GRAVITY;
-use crate::tyre::offroad::equations::Motion;
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::equations::Motion;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// Which rows count how much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -100,7 +100,7 @@ pub const BRAKING: [bool; 5] = [true, true, true, true, false];
 /// Ready to solve samples of one bike.
 #[derive(Debug, Clone)]
 pub struct Solver<'a> {
-    machine: &'a Machine,
+    machine: &'a PlanarMotorcycle,
     weights: Weights,
     constraint: f64,
     dead_band: f64,
@@ -110,7 +110,7 @@ pub struct Solver<'a> {
 
 impl<'a> Solver<'a> {
     /// A solver for the rows that the channels allow.
-    pub fn new(machine: &'a Machine, lost: [bool; 5], config: &Config) -> Self {
+    pub fn new(machine: &'a PlanarMotorcycle, lost: [bool; 5], config: &Config) -> Self {
         let equations = &machine.equations;
         let weights = match (&machine.noise, config.weights) {
             (Some(noise), RowWeights::Noise) => Weights::whitening(equations, noise, lost),

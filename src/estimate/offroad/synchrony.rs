@@ -12,7 +12,7 @@ use crate::filter::{derivative, remove_slow};
 use crate::statistics::runs::runs;
 
 use super::kinematics::Kinematics;
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// Largest lag that is looked for, s.
 const FARTHEST: f64 = 0.25;
@@ -27,7 +27,7 @@ const COARSE: f64 = 400.0;
 pub(crate) fn check(
     session: &Session,
     k: &Kinematics,
-    machine: &Machine,
+    machine: &PlanarMotorcycle,
     max_lag: f64,
 ) -> Option<Warning> {
     let lag = lag(session, k, machine)?;
@@ -52,7 +52,7 @@ pub(crate) fn check(
 }
 
 /// Lag of the steering head behind the rest, s; `None` where it is not determined.
-pub(crate) fn lag(session: &Session, k: &Kinematics, machine: &Machine) -> Option<f64> {
+pub(crate) fn lag(session: &Session, k: &Kinematics, machine: &PlanarMotorcycle) -> Option<f64> {
     let head = session.get(Channel::HeadAccelerationZ)?;
     let sensors = &machine.sensors;
     let (other, place) = match session.get(Channel::ChassisAccelerationZ) {

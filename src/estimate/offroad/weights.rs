@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, Matrix5, Vector5};
 
-use crate::tyre::offroad::equations::{Equations, Matrices, Motion};
-use crate::tyre::offroad::machine::{Machine, Noise};
+use crate::motorcycle::offroad::equations::{Equations, Matrices, Motion};
+use crate::motorcycle::offroad::planar::{Noise, PlanarMotorcycle};
 
 /// Rows mixed and scaled: `B_d` of the paper, lower triangular; zero in lost rows and columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,11 @@ impl Weights {
 }
 
 /// Which of the forces of a branch the remaining rows determine.
-pub(crate) fn determined(machine: &Machine, lost: [bool; 5], free: [bool; 5]) -> [bool; 5] {
+pub(crate) fn determined(
+    machine: &PlanarMotorcycle,
+    lost: [bool; 5],
+    free: [bool; 5],
+) -> [bool; 5] {
     let equations = &machine.equations;
     let weights = Weights::lengths(equations, lost);
     let mut at = posture(equations).at;

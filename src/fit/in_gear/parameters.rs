@@ -60,7 +60,9 @@ parameters! {
     TWIST: "twisting stiffness over the bike file's";
 }
 
-/// Parameters in their own scales.
+/// Vector of the fit's unknowns in their own scales (many are logarithms), by the indices above.
+///
+/// Apart from the other descriptions of a motorcycle: the solver moves, scales and varies it as a plain vector.
 pub type Theta = [f64; COUNT];
 
 /// What is known before the ride: independent normal distributions.

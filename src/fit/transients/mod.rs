@@ -35,8 +35,8 @@ use std::ops::Range;
 use self::columns::Columns;
 pub use self::config::Config;
 use self::model::Model;
-use self::motion::Machine;
-use self::parameters::Parameters;
+use self::motion::InverseDynamics;
+use self::parameters::Prior;
 pub use self::solve::Fitted;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -49,7 +49,7 @@ use crate::estimate::zeros::Zeros;
 pub struct Transients {
     /// What was known before.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-    pub parameters: Parameters,
+    pub parameters: Prior,
     /// What came out.
     pub fitted: Fitted,
     /// Samples of the session that took part, stretch by stretch.
@@ -109,9 +109,9 @@ fn up_to(
         return None;
     }
     let columns = Columns::new(session, &found, zeros)?;
-    let machine = Machine::new(inputs, crown);
-    let parameters = Parameters::new(inputs, zeros, &machine, &columns, config);
-    let model = Model::new(&columns, &machine, &parameters);
+    let dynamics = InverseDynamics::new(inputs, crown);
+    let parameters = Prior::new(inputs, zeros, &dynamics, &columns, config);
+    let model = Model::new(&columns, &dynamics, &parameters);
     let fitted = solve::fit(&model, &parameters)?;
     Some(Transients { parameters, fitted, stretches: found })
 }

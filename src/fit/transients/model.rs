@@ -3,7 +3,7 @@
 use crate::GRAVITY;
 
 use super::columns::{Columns, RATE};
-use super::motion::{Machine, Motion};
+use super::motion::{InverseDynamics, Motion};
 use super::parameters::*;
 
 /// Friction at which the side force would reach its peak; between 0.9 and 1.4 it changes nothing.
@@ -30,7 +30,7 @@ pub(crate) struct Model<'a> {
     pub columns: &'a Columns,
     /// The residuals that the channels allow.
     pub residuals: Vec<Residual>,
-    machine: &'a Machine,
+    dynamics: &'a InverseDynamics<'a>,
     mean: &'a [f64],
     motion: Motion,
     /// Change of the motion by each quantity.
@@ -40,15 +40,15 @@ pub(crate) struct Model<'a> {
 impl<'a> Model<'a> {
     pub(crate) fn new(
         columns: &'a Columns,
-        machine: &'a Machine,
-        parameters: &'a Parameters,
+        dynamics: &'a InverseDynamics<'a>,
+        parameters: &'a Prior,
     ) -> Self {
-        let motion = machine.motion(columns, &machine.start);
+        let motion = dynamics.motion(columns, &dynamics.start);
         let of = |(k, quantity): (usize, &super::motion::Quantity)| {
             let sd = parameters.sd[QUANTITIES + k];
-            let mut moved = machine.start.clone();
+            let mut moved = dynamics.start.clone();
             moved[*quantity] += sd;
-            let mut change = machine.motion(columns, &moved);
+            let mut change = dynamics.motion(columns, &moved);
             change.add(&motion, -1.0);
             change.scale(1.0 / sd);
             change
@@ -61,7 +61,7 @@ impl<'a> Model<'a> {
         if columns.measured.acceleration {
             residuals.extend([Residual::Integral, Residual::Force]);
         }
-        Model { columns, residuals, machine, mean: &parameters.mean, motion, changes }
+        Model { columns, residuals, dynamics, mean: &parameters.mean, motion, changes }
     }
 
     /// The motion with the quantities of `theta`.
@@ -135,7 +135,7 @@ impl<'a> Model<'a> {
     fn velocities(&self, motion: &Motion, theta: &[f64]) -> [Vec<f64>; 2] {
         let n = motion.steer.len();
         let tyre = |k: usize| &theta[k * OF_TYRE..(k + 1) * OF_TYRE];
-        let standing = self.machine.standing;
+        let standing = self.dynamics.standing;
         let stretch = |k: usize, i: usize| (motion.load[k][i] / standing[k]).powf(LOAD_POWER);
         let thrust = |k: usize, gamma: f64| {
             let (t, square) = (tyre(k), gamma * gamma);
@@ -150,7 +150,7 @@ impl<'a> Model<'a> {
             let moment: f64 = (0..2)
                 .map(|k| {
                     let leaning = stiffness[k] * camber[k] * motion.load[k][i] / growth[k];
-                    -self.machine.pneumatic_trail[k] * (motion.force[k][i] + leaning)
+                    -self.dynamics.pneumatic_trail[k] * (motion.force[k][i] + leaning)
                 })
                 .sum();
             for k in 0..2 {

@@ -16,7 +16,7 @@
 
 use super::columns::Columns;
 use crate::GRAVITY;
-use crate::contract::bike::{Axle, Bike};
+use crate::contract::bike::Axle;
 use crate::estimate::signals::Inputs;
 use crate::tyre::dive::PITCH_GYRATION;
 use crate::tyre::paper::trail_0;
@@ -128,13 +128,14 @@ const SAG: f64 = 0.045;
 /// See [`Quantity::Fork`] and [`Quantity::Swing`].
 const COMPRESSION: [f64; 2] = [0.2, -0.2];
 
-/// The motorcycle as the fit begins with it.
+/// Forces of the tyres from the motion, and what that starts from.
+///
+/// Apart from the simulator's numbers: its inertias, crowns and springs are quantities that this fit moves, each with
+/// its own uncertainty, and everything else is read from the estimate's inputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Machine {
-    bike: Bike,
-    drag: f64,
-    rolling: f64,
-    radius: [f64; 2],
+pub(crate) struct InverseDynamics<'a> {
+    inputs: &'a Inputs,
+    /// Trail, m.
     trail: f64,
     /// Loads at rest, N.
     pub standing: [f64; 2],
@@ -144,10 +145,10 @@ pub(crate) struct Machine {
     pub start: Quantities,
 }
 
-impl Machine {
+impl<'a> InverseDynamics<'a> {
     /// `crown` is the front crown's radius where the ride gave it, m.
-    pub(crate) fn new(inputs: &Inputs, crown: Option<f64>) -> Self {
-        let bike = inputs.bike.clone();
+    pub(crate) fn new(inputs: &'a Inputs, crown: Option<f64>) -> Self {
+        let bike = &inputs.bike;
         let mut start = Quantities(vec![0.0; Quantity::ALL.len()]);
         let crowns = match crown {
             Some(front) => [front, front * bike.rear.width / bike.front.width],
@@ -182,15 +183,12 @@ impl Machine {
             let stiffness = bike.wheel(axle).vertical_stiffness;
             inputs.trail_ratio * trail_0(inputs.radius[k], stiffness, standing[k])
         });
-        Machine {
-            drag: inputs.drag,
-            rolling: inputs.rolling,
-            radius: inputs.radius,
+        InverseDynamics {
+            inputs,
             trail: bike.normal_trail() / bike.caster_angle.cos(),
             standing,
             pneumatic_trail,
             start,
-            bike,
         }
     }
 }
@@ -295,7 +293,7 @@ fn cross(a: V, b: V) -> V {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-impl Machine {
+impl InverseDynamics<'_> {
     /// The motion of all samples with some quantities.
     pub(crate) fn motion(&self, c: &Columns, q: &Quantities) -> Motion {
         let mut out = Motion::default();
@@ -311,7 +309,7 @@ impl Machine {
     /// One sample, in the order of [`Motion::all`].
     fn sample(&self, c: &Columns, i: usize, q: &Quantities) -> [f64; 16] {
         use Quantity as Q;
-        let bike = &self.bike;
+        let (inputs, bike) = (self.inputs, &self.inputs.bike);
         let phi = c.roll[0][i] - q[Q::RollZero];
         let [rolling, rolling_rate] = [c.roll[1][i], c.roll[2][i]];
         let theta = c.pitch[0][i] + q[Q::UnitPitch];
@@ -335,7 +333,7 @@ impl Machine {
         let [angle, rate] = [c.steer[0][i], c.steer[1][i]];
         let spin = [0, 1].map(|k| {
             let omega = c.spin[k][i];
-            if omega.is_finite() { omega } else { c.speed[i] / self.radius[k] }
+            if omega.is_finite() { omega } else { c.speed[i] / inputs.radius[k] }
         });
         let twist = q[Q::SteeringCompliance] * q[Q::FrontSpin] * spin[0] * rolling;
         let delta = angle * (1.0 + q[Q::SteerGain]) + q[Q::SteerDelay] * rate - twist;
@@ -395,7 +393,7 @@ impl Machine {
             / camber_cos;
         let spin_rate = [0, 1].map(|k| {
             let rate = c.spin_rate[k][i];
-            if rate.is_finite() { rate } else { c.acceleration[i] / self.radius[k] }
+            if rate.is_finite() { rate } else { c.acceleration[i] / inputs.radius[k] }
         });
         let mass = q[Q::Mass];
         let inertia = [q[Q::FrontSpin], q[Q::RearSpin]];
@@ -427,8 +425,8 @@ impl Machine {
         let above_ground = (height - mean_crown) * co + mean_crown;
         let rising = -(height - mean_crown) * (s * rolling_rate + co * rolling * rolling);
         let weight = mass * (GRAVITY + rising);
-        let total = mass * c.acceleration[i] + self.drag * speed * speed;
-        let lead = load_lead(self.rolling, 0.5 * (self.radius[0] + self.radius[1]));
+        let total = mass * c.acceleration[i] + inputs.drag * speed * speed;
+        let lead = load_lead(inputs.rolling, 0.5 * (inputs.radius[0] + inputs.radius[1]));
         let arm = [q[Q::CgToFront] + lead, q[Q::CgToFront] - q[Q::Wheelbase] + lead];
         let front_load =
             (-above_ground * total - pitch_moment - arm[1] * weight) / (arm[0] - arm[1]);
@@ -439,7 +437,7 @@ impl Machine {
             + q[Q::LateralDelay] * c.lateral[1][i]
             + q[Q::UnitBehind] * yawing
             + q[Q::UnitAbove] * (rolling_rate * co - s * rolling * rolling);
-        let resisting = -self.rolling * load[0];
+        let resisting = -inputs.rolling * load[0];
         let twisting =
             [(q[Q::FrontTwist], q[Q::FrontTwistGrowth]), (q[Q::RearTwist], q[Q::RearTwistGrowth])];
         let twist: f64 = (0..2)

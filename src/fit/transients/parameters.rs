@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::config::Config;
-use super::motion::{Machine, PRODUCT, Quantities, Quantity, ROLL_GYRATION, YAW_GYRATION};
+use super::motion::{InverseDynamics, PRODUCT, Quantities, Quantity, ROLL_GYRATION, YAW_GYRATION};
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::Inputs;
 use crate::estimate::zeros::Zeros;
@@ -45,9 +45,9 @@ const UNIT_PLACE: [f64; 2] = [0.01, 0.03];
 /// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
 const LEAST_INERTIA: [f64; 2] = [0.05, 0.1];
 
-/// The parameters of a fit.
+/// Prior of the fit: its unknowns are a plain vector, first the tyres' numbers, then quantities of motorcycle and sensors.
 #[derive(Debug, Clone)]
-pub struct Parameters {
+pub struct Prior {
     /// Means before the ride.
     pub mean: Vec<f64>,
     /// Their standard deviations.
@@ -58,20 +58,16 @@ pub struct Parameters {
     pub sources: Vec<Source>,
 }
 
-impl Parameters {
+impl Prior {
     pub(crate) fn new(
         inputs: &Inputs,
         zeros: &Zeros,
-        machine: &Machine,
+        dynamics: &InverseDynamics<'_>,
         columns: &Columns,
         config: &Config,
     ) -> Self {
-        let mut out = Parameters {
-            mean: Vec::new(),
-            sd: Vec::new(),
-            quantities: Vec::new(),
-            sources: Vec::new(),
-        };
+        let mut out =
+            Prior { mean: Vec::new(), sd: Vec::new(), quantities: Vec::new(), sources: Vec::new() };
         let names = ["stiffness", "ratio", "second", "fourth", "loss", "relaxation", "zero"];
         for axle in Axle::BOTH {
             for ([mean, sd], name) in TYRE.into_iter().zip(names) {
@@ -83,10 +79,10 @@ impl Parameters {
         let bike = &inputs.bike;
         let pitch = UNIT_PITCH[usize::from(!columns.measured.pitch)];
         for quantity in Quantity::ALL {
-            let (sd, source) = known(*quantity, bike, zeros, &machine.start, pitch, config);
+            let (sd, source) = known(*quantity, bike, zeros, &dynamics.start, pitch, config);
             if sd > 0.0 {
                 out.quantities.push(*quantity);
-                out.push(machine.start[*quantity], sd, source);
+                out.push(dynamics.start[*quantity], sd, source);
             }
         }
         out

@@ -74,7 +74,7 @@ struct Whitened {
 }
 
 /// Fits; `None` where it does not come to rest.
-pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> {
+pub(crate) fn fit(model: &Model<'_>, parameters: &Prior) -> Option<Fitted> {
     let p = parameters.len();
     let mut theta = parameters.mean.clone();
     let mut scale = Scales::default();
@@ -102,7 +102,7 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Parameters) -> Option<Fitted> 
 /// and fast cones went to and fro for ever. `None` where none is finite.
 fn stepped(
     model: &Model<'_>,
-    parameters: &Parameters,
+    parameters: &Prior,
     theta: &[f64],
     change: &DVector<f64>,
     factors: &[DMatrix<f64>],
@@ -123,12 +123,7 @@ fn stepped(
 }
 
 /// Huber's loss of the whitened residuals, twice, with that of what was known before.
-fn loss(
-    model: &Model<'_>,
-    parameters: &Parameters,
-    theta: &[f64],
-    factors: &[DMatrix<f64>],
-) -> f64 {
+fn loss(model: &Model<'_>, parameters: &Prior, theta: &[f64], factors: &[DMatrix<f64>]) -> f64 {
     let residuals = model.at(theta);
     let all = model.columns.len();
     let channels = model.residuals.len();
@@ -156,7 +151,7 @@ fn factors(model: &Model<'_>, scale: &Scales) -> Option<Vec<DMatrix<f64>>> {
 
 fn whiten(
     model: &Model<'_>,
-    parameters: &Parameters,
+    parameters: &Prior,
     theta: &[f64],
     factors: &[DMatrix<f64>],
 ) -> Whitened {
@@ -184,7 +179,7 @@ fn whiten(
 fn normal(
     at: &Whitened,
     theta: &[f64],
-    parameters: &Parameters,
+    parameters: &Prior,
     prior: &DVector<f64>,
 ) -> (DMatrix<f64>, DVector<f64>, Vec<DVector<f64>>) {
     let mut information = DMatrix::from_diagonal(prior);
@@ -229,7 +224,7 @@ fn rescaled(model: &Model<'_>, at: &Whitened, factors: &[DMatrix<f64>], scale: S
 fn result(
     at: &Whitened,
     theta: Vec<f64>,
-    parameters: &Parameters,
+    parameters: &Prior,
     prior: &DVector<f64>,
     model: &Model<'_>,
     scale: Scales,

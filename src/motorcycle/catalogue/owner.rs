@@ -50,7 +50,7 @@ pub struct Measured {
     pub sd: Option<f64>,
 }
 
-/// What is known of a motorcycle, number by number.
+/// Draft of a bike file: every number with its origin, from the owner's answers, the catalogue and the class.
 #[derive(Debug, Clone)]
 pub struct Portrait {
     /// Its class.

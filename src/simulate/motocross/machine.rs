@@ -1,6 +1,6 @@
 //! The forward model: the five coordinates and the two wheel spins, driven over a profile.
 //!
-//! The same bodies as in [`equations`](crate::tyre::offroad::equations), solved for the
+//! The same bodies as in [`equations`](crate::motorcycle::offroad::equations), solved for the
 //! accelerations. What the estimate assumes is not assumed here: the tyres touch the ground where
 //! it is nearest and push along its normal (or, for comparison, as the estimate has it, under the
 //! axle along the chassis), the chain pulls on its upper run and brakes on its lower, the rider
@@ -14,9 +14,9 @@ use super::passive::{Passive, follow};
 use super::rider::{Active, Pose, Reaction, Touch};
 use crate::GRAVITY;
 use crate::contract::key_error::KeyError;
-use crate::tyre::offroad::chain::{Chain, Run, lever};
-use crate::tyre::offroad::equations::{Equations, Motion, Parameters};
-use crate::tyre::offroad::machine::Machine;
+use crate::motorcycle::offroad::chain::{Chain, Run, lever};
+use crate::motorcycle::offroad::equations::{Equations, Motion, RigidBodies};
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 
 /// How a tyre touches the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -168,11 +168,11 @@ impl Response {
     }
 }
 
-/// The bike on its ground.
+/// Forward model: the motorcycle on its tyres, its ground and its rider.
 #[derive(Debug, Clone)]
-pub struct Plant {
-    /// Its true numbers.
-    pub machine: Machine,
+pub struct ForwardModel {
+    /// True motorcycle.
+    pub machine: PlanarMotorcycle,
     /// Front and rear.
     pub tyres: [Tyre; 2],
     /// The profile.
@@ -190,10 +190,10 @@ pub struct Plant {
 /// Hand and throttle, s.
 const COMMAND_LAG: f64 = 0.03;
 
-impl Plant {
+impl ForwardModel {
     /// A bike of these numbers.
     pub fn new(
-        machine: Machine,
+        machine: PlanarMotorcycle,
         tyres: [Tyre; 2],
         ground: Ground,
         rider: Active,
@@ -201,8 +201,8 @@ impl Plant {
     ) -> Self {
         let p = machine.equations.p;
         let [_, i_2, i_3, _] = p.i;
-        let without_spin = Equations::new(Parameters { i: [0.0, i_2, i_3, 0.0], ..p });
-        let mut plant = Plant {
+        let without_spin = Equations::new(RigidBodies { i: [0.0, i_2, i_3, 0.0], ..p });
+        let mut plant = ForwardModel {
             machine,
             tyres,
             ground,
@@ -218,7 +218,7 @@ impl Plant {
     }
 
     /// Masses, lengths and inertias of the equations.
-    pub fn parameters(&self) -> &Parameters {
+    pub fn parameters(&self) -> &RigidBodies {
         &self.machine.equations.p
     }
 

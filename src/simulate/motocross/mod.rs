@@ -19,7 +19,7 @@ use crate::contract::session::{Meta, Session};
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 use crate::store::tables::rows;
-use machine::{Plant, Response, State};
+use machine::{ForwardModel, Response, State};
 use pilot::Decision;
 use scenario::{Motocross, Vibration};
 
@@ -62,7 +62,7 @@ pub struct MotocrossRide {
 
 /// Rides session `number` of a scenario.
 pub fn ride(scenario: &Motocross, number: usize) -> MotocrossRide {
-    let plant = scenario.plant(number);
+    let plant = scenario.forward_model(number);
     let samples = (scenario.duration * scenario.rate).round() as usize;
     let sub = (STEPS / scenario.rate).ceil().max(1.0) as usize;
     let dt = 1.0 / (scenario.rate * sub as f64);
@@ -148,7 +148,7 @@ struct Log {
 }
 
 impl Log {
-    fn new(_plant: &Plant, samples: usize) -> Self {
+    fn new(_plant: &ForwardModel, samples: usize) -> Self {
         let column = || Vec::with_capacity(samples);
         Log {
             columns: CHANNELS.iter().map(|_| column()).collect(),
@@ -157,7 +157,7 @@ impl Log {
         }
     }
 
-    fn push(&mut self, plant: &Plant, s: &State, r: &Response) {
+    fn push(&mut self, plant: &ForwardModel, s: &State, r: &Response) {
         let (q, qd, qdd) = (s.q(), s.qd(), r.qdd);
         let (mu, mud, mudd) = (q[2], qd[2], qdd[2]);
         let (sin, cos) = mu.sin_cos();
@@ -261,7 +261,7 @@ fn shake(session: &mut Session, vibration: &Vibration, seed: u64) {
 }
 
 /// Flights of both wheels, whoops and corners in time order; the rest is `other`.
-fn labels(plant: &Plant, truth: &Truth, rate: f64) -> Vec<Label> {
+fn labels(plant: &ForwardModel, truth: &Truth, rate: f64) -> Vec<Label> {
     let n = truth.x.len();
     let mut kinds: Vec<ManoeuvreKind> =
         truth.x.iter().map(|&x| plant.ground.part(x).kind()).collect();

@@ -1,7 +1,7 @@
 //! What the rider does with throttle and brakes: the speed he wants, the grip he has, the attitude
 //! in the air.
 
-use super::machine::{Levers, Plant, Response, State};
+use super::machine::{ForwardModel, Levers, Response, State};
 use crate::GRAVITY;
 
 /// His decision of the moment.
@@ -27,7 +27,7 @@ const ATTITUDE: f64 = 0.22;
 const IN_THE_AIR: [f64; 2] = [180.0, 60.0];
 
 /// Decides from the state and what the bike does.
-pub fn decide(plant: &Plant, s: &State, response: &Response, airborne: bool) -> Decision {
+pub fn decide(plant: &ForwardModel, s: &State, response: &Response, airborne: bool) -> Decision {
     let p = plant.parameters();
     let (q, qd) = (s.q(), s.qd());
     let (x, v, mu, mud) = (q[0], qd[0], q[2], qd[2]);

@@ -13,7 +13,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::ground::{Ground, Part};
-use super::machine::{Plant, Touching, Tyre};
+use super::machine::{ForwardModel, Touching, Tyre};
 use super::passive::Passive;
 use super::rider::Active;
 use crate::contract::bike::Bike;
@@ -21,10 +21,10 @@ use crate::contract::channel::Channel;
 use crate::contract::file_error::{FileError, FileName};
 use crate::contract::key_error::KeyError;
 use crate::contract::schema::refuse_infinite_in;
+use crate::motorcycle::offroad::planar::PlanarMotorcycle;
 use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::sensors::Sensors;
 use crate::statistics::random::Random;
-use crate::tyre::offroad::machine::Machine;
 
 /// Built-in motocross scenarios by name.
 pub const BUILTIN: builtin::List = builtin::MOTOCROSS;
@@ -175,7 +175,7 @@ pub struct Motocross {
     /// What the analyst's bike file says.
     pub bike: Bike,
     /// What the machine is.
-    pub machine: Machine,
+    pub machine: PlanarMotorcycle,
     /// What `diagnose` may find.
     pub effects: Effects,
     lap: Vec<Part>,
@@ -246,8 +246,8 @@ impl Motocross {
         effects.check().map_err(|e| file.wrong(format!("[effects] {e}")))?;
         let friction = true_bike.value("offroad.fork_friction").unwrap_or(0.0);
         true_bike = true_bike.with("offroad.fork_friction", friction + effects.fork_friction);
-        let machine = Machine::new(&true_bike).map_err(|e| file.wrong(e))?;
-        Machine::new(&bike).map_err(|e| file.wrong(e))?;
+        let machine = PlanarMotorcycle::new(&true_bike).map_err(|e| file.wrong(e))?;
+        PlanarMotorcycle::new(&bike).map_err(|e| file.wrong(e))?;
         let drop = given
             .drop
             .iter()
@@ -280,12 +280,13 @@ impl Motocross {
     }
 
     /// The bike on a session's own ground.
-    pub fn plant(&self, number: usize) -> Plant {
+    pub fn forward_model(&self, number: usize) -> ForwardModel {
         let mut random = Random::new(self.seed, &format!("{} ground {number}", self.name));
         let ground = Ground::new(&self.lap, self.unevenness, &mut random);
         let mass = self.machine.rider.mass;
         let rider = Active { hip_mass: 0.6 * mass, torso_mass: 0.4 * mass, leg: 0.78 };
-        let mut plant = Plant::new(self.machine.clone(), self.tyres, ground, rider, self.touching);
+        let mut plant =
+            ForwardModel::new(self.machine.clone(), self.tyres, ground, rider, self.touching);
         if let VerticalMotion::CutOff(cut_off) = self.effects.rider_vertical_motion {
             let horizontal = self.effects.rider_horizontal_motion;
             plant.passive = Some(Passive { mass, cut_off, horizontal });

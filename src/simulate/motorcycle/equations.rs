@@ -72,15 +72,16 @@ impl Plant {
         cos_caster: f64,
         dive_rate: f64,
     ) -> [(f64, f64); 2] {
+        let vehicle = &self.vehicle;
         let contact = both(|k| {
-            below_mass_centre(self.cg_height, self.crown[k], self.sag[k], (sin_phi, cos_phi))
+            below_mass_centre(vehicle.cg_height, self.crown[k], vehicle.sag[k], (sin_phi, cos_phi))
         });
-        let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * contact[k][0];
+        let u = |k: usize| s.vx - vehicle.dive_arm[k] * dive_rate - s.yaw_rate * contact[k][0];
         let w = |k: usize, ahead: f64| s.vy + contact[k][1] * s.roll_rate + ahead * s.yaw_rate;
         // not that of the arms, which wobble
-        let rate = steering_rate(self.wheelbase, cos_caster, cos_phi, s.roll_rate, s.vx);
-        let (uf, wf) = (u(0), w(0, self.cg_to_front) - self.normal_trail * cos_phi * rate);
-        let (ur, wr) = (u(1), w(1, self.cg_to_front - self.wheelbase));
+        let rate = steering_rate(vehicle.wheelbase, cos_caster, cos_phi, s.roll_rate, s.vx);
+        let (uf, wf) = (u(0), w(0, vehicle.cg_to_front) - vehicle.normal_trail * cos_phi * rate);
+        let (ur, wr) = (u(1), w(1, vehicle.cg_to_front - vehicle.wheelbase));
         [(uf * cos_d + wf * sin_d, wf * cos_d - uf * sin_d), (ur, wr)]
     }
 
@@ -96,7 +97,7 @@ impl Plant {
     ) -> ([f64; N], Response) {
         let pose = self.pose(caster, s, action.dive_rate);
         let mut forces =
-            self.with_load(&pose, s, action, known.unwrap_or_else(|| self.static_load()));
+            self.with_load(&pose, s, action, known.unwrap_or_else(|| self.vehicle.static_loads()));
         if known.is_none() {
             // loads depend on the forces and the forces on the loads: weakly, so twice is enough
             for _ in 0..2 {
@@ -136,7 +137,7 @@ impl Plant {
             let tyre = &self.tyres[0];
             let ratio = tyre.side_force_ratio;
             let k_alpha = tyre.stiffness.k_alpha(camber[0], ratio);
-            let side = -k_alpha * self.static_load()[0] * (s.alpha[0] + ratio * camber[0]);
+            let side = -k_alpha * self.vehicle.static_loads()[0] * (s.alpha[0] + ratio * camber[0]);
             steer -= compliance * side;
             steer_sin_cos = steer.sin_cos();
         }
@@ -161,7 +162,7 @@ impl Plant {
     #[inline]
     fn tyres_under(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> PerLoad {
         let error = &self.model_error;
-        let static_load = self.static_load();
+        let static_load = self.vehicle.static_loads();
         let friction =
             self.friction * (1.0 - action.lost_grip) * error.grip(1.0, action.time, pose.along);
         let mut slip_ratio = [0.0; 2];
@@ -184,7 +185,7 @@ impl Plant {
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
             let stiffer =
-                slip_stiffness_under(self.slip_stiffness_load, extra_load / static_load[i]);
+                slip_stiffness_under(self.vehicle.slip_stiffness_load, extra_load / static_load[i]);
             let input = Input {
                 slip_ratio: stiffer * slip_ratio[i],
                 slip_angle: s.alpha[i],
@@ -228,14 +229,17 @@ impl Plant {
     /// Loads and roll acceleration that balance the tyres' forces under an assumed load.
     #[inline]
     fn with_load(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> Forces {
+        let vehicle = &self.vehicle;
         let error = &self.model_error;
-        let m = self.mass;
-        let (lf, lr) =
-            (self.cg_to_front - action.ahead, self.wheelbase - self.cg_to_front + action.ahead);
+        let m = vehicle.mass;
+        let (lf, lr) = (
+            vehicle.cg_to_front - action.ahead,
+            vehicle.wheelbase - vehicle.cg_to_front + action.ahead,
+        );
         let (sin_phi, cos_phi) = pose.roll;
         let h = self.height_in_plane(cos_phi);
         // the crown's centre stays where it is, the frame comes down onto its springs
-        let rising = self.cg_height - self.loaded_crown() + self.loaded_sag();
+        let rising = vehicle.cg_height - self.loaded_crown() + self.loaded_sag();
         let per_load = self.tyres_under(pose, s, action, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
         let torque = both(|i| {
@@ -246,15 +250,15 @@ impl Plant {
             }
         });
         let spin =
-            error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
+            error.spin(1.0) * (0..2).map(|i| vehicle.wheel_inertia[i] * s.omega[i]).sum::<f64>();
         let drive_per_load = both(|i| lever_arm[i] * unit[i].force_x);
 
-        let diving = self.pitch_inertia * action.dive_acceleration;
-        let drag = error.drag(self.drag, s.vx, pose.along);
+        let diving = vehicle.pitch_inertia() * action.dive_acceleration;
+        let drag = error.drag(vehicle.drag, s.vx, pose.along);
         let lift = error.lift(0.0, s.vx);
         let aside = error.mass_centre_aside(h * sin_phi, s.roll);
         // the steered front wheel stands beside the plane
-        let beside = [self.normal_trail * s.steer.sin() / cos_phi, 0.0];
+        let beside = [vehicle.normal_trail * s.steer.sin() / cos_phi, 0.0];
         let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x - beside[i];
         let lead = |i: usize| load_lead(-per_load.rolling[i], lever_arm[i]);
         let a = Matrix3::new(
@@ -266,7 +270,7 @@ impl Plant {
             0.0,
             -arm(0),
             -arm(1),
-            self.roll_inertia,
+            vehicle.roll_inertia,
         );
         let b = Vector3::new(
             m * (GRAVITY - rising * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
@@ -277,7 +281,7 @@ impl Plant {
         let solution = match a.try_inverse() {
             Some(inverse) => inverse * b,
             None => {
-                let [front, rear] = self.static_load(); // held
+                let [front, rear] = vehicle.static_loads(); // held
                 Vector3::new(front, rear, 0.0)
             }
         };
@@ -293,7 +297,7 @@ impl Plant {
 
     /// Acceleration of the mass centre, level frame.
     fn acceleration(&self, pose: &Pose, forces: &Forces, action: &Action) -> [f64; 2] {
-        let m = self.mass;
+        let m = self.vehicle.mass;
         let Forces { per_load: PerLoad { x, y, .. }, drag, load, .. } = forces;
         let total_x: f64 = x[0] * load[0] + x[1] * load[1];
         let total_y: f64 = y[0] * load[0] + y[1] * load[1];
@@ -311,15 +315,16 @@ impl Plant {
         action: &Action,
         acceleration: [f64; 2],
     ) -> [f64; N] {
-        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+        let vehicle = &self.vehicle;
+        let (lf, lr) = (vehicle.cg_to_front, vehicle.wheelbase - vehicle.cg_to_front);
         let (sin_phi, cos_phi) = pose.roll;
         let Forces { per_load, torque, load, tyre, .. } = forces;
         let PerLoad { x, y, alpha_rate, lever_arm, .. } = per_load;
         let omega_rate =
-            both(|i| (torque[i] - lever_arm[i] * tyre[i].force_x) / self.wheel_inertia[i]);
+            both(|i| (torque[i] - lever_arm[i] * tyre[i].force_x) / vehicle.wheel_inertia[i]);
         let spin_moment: f64 = (0..2)
             .map(|i| {
-                self.wheel_inertia[i]
+                vehicle.wheel_inertia[i]
                     * (omega_rate[i] * sin_phi + s.omega[i] * cos_phi * s.roll_rate)
             })
             .sum::<f64>()
@@ -330,7 +335,7 @@ impl Plant {
                 - self.height_in_plane(cos_phi) * sin_phi * total_x
                 - spin_moment
                 + action.moment_z)
-                / self.yaw_inertia;
+                / vehicle.yaw_inertia;
         let mut d = [
             acceleration[0] + s.yaw_rate * s.vy,
             acceleration[1] - s.yaw_rate * s.vx,
@@ -368,11 +373,13 @@ impl Plant {
         action: &Action,
         load: Option<[f64; 2]>,
     ) -> Response {
-        self.derivative(self.caster_angle.sin_cos(), state, action, load).1
+        self.derivative(self.vehicle.caster_angle.sin_cos(), state, action, load).1
     }
 
     /// Rates of the state at this instant: zero in a steady turn but for the heading.
     pub fn rates(&self, state: &State, action: &Action) -> State {
-        State::from_array(&self.derivative(self.caster_angle.sin_cos(), state, action, None).0)
+        State::from_array(
+            &self.derivative(self.vehicle.caster_angle.sin_cos(), state, action, None).0,
+        )
     }
 }

@@ -11,12 +11,12 @@ use crate::tyre::pair::both;
 impl Plant {
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
     fn substeps(&self, s: &State, dt: f64) -> usize {
-        let load = 0.7 * self.mass * GRAVITY; // the more loaded wheel, braking hard
+        let load = 0.7 * self.vehicle.mass * GRAVITY; // the more loaded wheel, braking hard
         let fastest = (0..2)
             .map(|i| {
                 let tyre = &self.tyres[i];
                 tyre.friction.steepest() * load * tyre.rolling_radius.powi(2)
-                    / (self.wheel_inertia[i] * s.vx.abs().max(SLIP_SPEED))
+                    / (self.vehicle.wheel_inertia[i] * s.vx.abs().max(SLIP_SPEED))
             })
             .fold(0.0, f64::max);
         // 2.2 is inside the stability bound 2.78 of the classical scheme
@@ -27,7 +27,7 @@ impl Plant {
     pub fn advance(&self, state: &mut State, action: &Action, dt: f64) -> Response {
         let n = self.substeps(state, dt);
         let h = dt / n as f64;
-        let caster = self.caster_angle.sin_cos();
+        let caster = self.vehicle.caster_angle.sin_cos();
         let (mut k1, response) = self.derivative(caster, state, action, None);
         // what loads do to radii changes little within a step
         let mut load = response.load;
@@ -53,7 +53,7 @@ impl Plant {
     fn slip_settling(&self) -> [f64; 2] {
         both(|i| {
             let tyre = &self.tyres[i];
-            tyre.rolling_radius.powi(2) / self.wheel_inertia[i]
+            tyre.rolling_radius.powi(2) / self.vehicle.wheel_inertia[i]
         })
     }
 }
@@ -86,7 +86,7 @@ pub(crate) struct Exponential<'a> {
 impl<'a> Exponential<'a> {
     /// For a motorcycle.
     pub(crate) fn new(plant: &'a Plant) -> Self {
-        let caster = plant.caster_angle.sin_cos();
+        let caster = plant.vehicle.caster_angle.sin_cos();
         Exponential { plant, caster, slip_settling: plant.slip_settling() }
     }
 
@@ -105,10 +105,12 @@ impl<'a> Exponential<'a> {
     /// where the contacts go.
     fn drawn_to(&self, s: &State, load: [f64; 2]) -> [f64; STIFF.len()] {
         let p = self.plant;
+        let vehicle = &p.vehicle;
         let (sin_phi, cos_phi) = s.roll.sin_cos();
-        let (speed, still) = (s.vx.max(SLIP_SPEED), p.static_load());
-        let contact =
-            both(|i| below_mass_centre(p.cg_height, p.crown[i], p.sag[i], (sin_phi, cos_phi)));
+        let (speed, still) = (s.vx.max(SLIP_SPEED), vehicle.static_loads());
+        let contact = both(|i| {
+            below_mass_centre(vehicle.cg_height, p.crown[i], vehicle.sag[i], (sin_phi, cos_phi))
+        });
         let spin = |i: usize| {
             let along = s.vx - s.yaw_rate * contact[i][0];
             along / p.carcass(i, still[i]).rolling_radius(load[i], 1.0 - cos_phi)
@@ -116,8 +118,8 @@ impl<'a> Exponential<'a> {
         let angle = |i: usize, ahead: f64| {
             (s.vy + contact[i][1] * s.roll_rate + ahead * s.yaw_rate) / speed
         };
-        let front = angle(0, p.cg_to_front) - s.steer * self.caster.1 / cos_phi;
-        [0.0, spin(0), spin(1), front, angle(1, p.cg_to_front - p.wheelbase)]
+        let front = angle(0, vehicle.cg_to_front) - s.steer * self.caster.1 / cos_phi;
+        [0.0, spin(0), spin(1), front, angle(1, vehicle.cg_to_front - vehicle.wheelbase)]
     }
 
     /// A state whose stiff modes have followed, over `h` s at some rates, what drew them; `rise` is what their slopes

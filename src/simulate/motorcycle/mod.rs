@@ -47,6 +47,7 @@ mod tests {
     #[test]
     fn loads_are_those_of_the_balance() {
         let p = plant();
+        let vehicle = &p.vehicle;
         for (brake, drive) in [([0.0; 2], 0.0), ([250.0, 60.0], 0.0), ([0.0; 2], 180.0)] {
             let mut s = State { vx: 25.0, ..State::default() };
             s.omega = [25.0 / p.tyres[0].rolling_radius, 25.0 / p.tyres[1].rolling_radius];
@@ -56,18 +57,18 @@ mod tests {
             }
             let response = p.response(&s, &action);
             let rates = p.rates(&s, &action);
-            let along = p.mass * response.acceleration[0] + p.drag * s.vx * s.vx;
-            let turning = (0..2).map(|k| p.wheel_inertia[k] * rates.omega[k]).sum::<f64>();
+            let along = vehicle.mass * response.acceleration[0] + vehicle.drag * s.vx * s.vx;
+            let turning = (0..2).map(|k| vehicle.wheel_inertia[k] * rates.omega[k]).sum::<f64>();
             let lever =
                 (0..2).map(|k| p.carcass(k, response.load[k]).lever_arm(response.load[k], 0.0));
             let lead = load_lead(p.tyres[0].rolling_resistance, 0.5 * lever.sum::<f64>());
-            let loads = Lengths::new(p.cg_to_front, p.wheelbase).loads(
-                p.mass * GRAVITY,
+            let loads = Lengths::new(vehicle.cg_to_front, vehicle.wheelbase).loads(
+                vehicle.mass * GRAVITY,
                 -lead,
-                pitching(along, p.cg_height, turning, 1.0),
+                pitching(along, vehicle.cg_height, turning, 1.0),
             );
             for k in 0..2 {
-                let off = (loads[k] - response.load[k]) / (p.mass * GRAVITY);
+                let off = (loads[k] - response.load[k]) / (vehicle.mass * GRAVITY);
                 assert!(off.abs() < 3e-4, "{brake:?} {drive}: {loads:?} {:?}", response.load);
             }
         }
@@ -78,45 +79,48 @@ mod tests {
         // m* v' = -c v^2 - c_rol m g with m* = m + sum(I/(R R_l)), R_l the lever arm:
         // v(t) = sqrt(r/c) tan(atan(v0 sqrt(c/r)) - sqrt(r c)/m* t)
         let p = plant();
+        let vehicle = &p.vehicle;
         let mut s = State { vx: 20.0, ..State::default() };
         s.omega = [20.0 / p.tyres[0].rolling_radius, 20.0 / p.tyres[1].rolling_radius];
         for _ in 0..1000 {
             p.advance(&mut s, &Action::default(), 0.01);
         }
-        let effective = p.mass
+        let effective = vehicle.mass
             + (0..2)
                 .map(|i| {
-                    let load = p.static_load()[i];
+                    let load = vehicle.static_loads()[i];
                     let lever = p.carcass(i, load).lever_arm(load, 0.0);
-                    p.wheel_inertia[i] / (p.tyres[i].rolling_radius * lever)
+                    vehicle.wheel_inertia[i] / (p.tyres[i].rolling_radius * lever)
                 })
                 .sum::<f64>();
-        let resist = p.tyres[0].rolling_resistance * p.mass * GRAVITY;
-        let root = (resist / p.drag).sqrt();
-        let v = root * ((20.0 / root).atan() - (resist * p.drag).sqrt() / effective * 10.0).tan();
+        let resist = p.tyres[0].rolling_resistance * vehicle.mass * GRAVITY;
+        let root = (resist / vehicle.drag).sqrt();
+        let v =
+            root * ((20.0 / root).atan() - (resist * vehicle.drag).sqrt() / effective * 10.0).tan();
         assert!((s.vx - v).abs() < 2e-3, "{} {v}", s.vx);
     }
 
     #[test]
     fn loads_carry_the_weight_and_the_load_transfer() {
         let p = plant();
+        let vehicle = &p.vehicle;
         let s = State { vx: 15.0, omega: [50.0, 48.0], ..State::default() };
         let action = Action { brake: [400.0, 0.0], ..Action::default() };
         let r = p.response(&s, &action);
-        assert!((r.load[0] + r.load[1] - p.mass * GRAVITY).abs() < 1e-6);
+        assert!((r.load[0] + r.load[1] - vehicle.mass * GRAVITY).abs() < 1e-6);
         // pitch balance about the front contact with drag at the mass centre
         let rates = p.rates(&s, &action);
-        let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * rates.omega[i]).sum();
-        let x = p.mass * r.acceleration[0] + p.drag * s.vx * s.vx;
+        let spin: f64 = (0..2).map(|i| vehicle.wheel_inertia[i] * rates.omega[i]).sum();
+        let x = vehicle.mass * r.acceleration[0] + vehicle.drag * s.vx * s.vx;
         // each load acts ahead of its axle
         let lead: f64 = (0..2)
             .map(|i| {
-                let arm = p.carcass(i, p.static_load()[i]).lever_arm(r.load[i], 0.0);
+                let arm = p.carcass(i, vehicle.static_loads()[i]).lever_arm(r.load[i], 0.0);
                 p.tyres[i].rolling_resistance * arm * r.load[i]
             })
             .sum();
-        let carried = p.mass * GRAVITY * p.cg_to_front + lead;
-        let rear = (carried + x * p.cg_height + spin) / p.wheelbase;
+        let carried = vehicle.mass * GRAVITY * vehicle.cg_to_front + lead;
+        let rear = (carried + x * vehicle.cg_height + spin) / vehicle.wheelbase;
         assert!((r.load[1] - rear).abs() < 1e-4, "{} {rear}", r.load[1]);
     }
 

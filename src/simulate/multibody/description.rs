@@ -96,7 +96,10 @@ pub struct Chain {
     pub wheel_radius: f64,
 }
 
-/// One motorcycle, checked. SI. Points from the nominal rear contact, x forward, z up.
+/// Motorcycle of rigid bodies, checked. SI. Points from the nominal rear contact, x forward, z up.
+///
+/// Shares no numbers with the other descriptions on purpose: wheelbase, centre of mass and inertias follow from its
+/// bodies, so that this simulator judges the others.
 #[derive(Debug, Clone)]
 pub struct Motorcycle {
     /// The file's stem or the built-in name.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::draw::within;
-use super::machine::Machine;
+use super::machine::DrawnMachine;
 use crate::contract::bike::{Bike, schema};
 use crate::simulate::error::Error;
 use crate::simulate::multibody::Motorcycle;
@@ -46,19 +46,20 @@ impl BikeFile {
 ///
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
-pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bike, Error> {
+pub fn bike(machine: &DrawnMachine, usual: &Motorcycle, file: BikeFile) -> Result<Bike, Error> {
     if file == BikeFile::Wizard {
         return super::wizard::bike(machine);
     }
-    let Machine { seed, number, attempt, plant, .. } = machine;
+    let DrawnMachine { seed, number, attempt, plant, .. } = machine;
+    let vehicle = &plant.vehicle;
     let mut random = Random::new(*seed, &format!("bike file {number} attempt {attempt}"));
     // key, truth, standard deviation of the measurement
     let mut known: Vec<(String, f64, f64)> = [
-        ("mass", plant.mass, 2.0),             // two scales
-        ("wheelbase", plant.wheelbase, 0.003), // tape
-        ("cg_to_front", plant.cg_to_front, 0.007),
-        ("cg_height", plant.cg_height, 0.01), // lifting the rear by a known height
-        ("caster_angle", plant.caster_angle, 0.004),
+        ("mass", vehicle.mass, 2.0),             // two scales
+        ("wheelbase", vehicle.wheelbase, 0.003), // tape
+        ("cg_to_front", vehicle.cg_to_front, 0.007),
+        ("cg_height", vehicle.cg_height, 0.01), // lifting the rear by a known height
+        ("caster_angle", vehicle.caster_angle, 0.004),
         ("trail", usual.trail(), 0.004),
         ("yaw_inertia", usual.inertia()[(2, 2)], 0.08 * usual.inertia()[(2, 2)]),
     ]
@@ -70,7 +71,7 @@ pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bik
         let numbers = [
             ("radius", tyre.rolling_radius, 0.003),
             ("width", width, 0.001),
-            ("wheel_inertia", plant.wheel_inertia[k], 0.04 * plant.wheel_inertia[k]), // swung
+            ("wheel_inertia", vehicle.wheel_inertia[k], 0.04 * vehicle.wheel_inertia[k]), // swung
             ("vertical_stiffness", tyre.vertical_stiffness, 0.07 * tyre.vertical_stiffness),
             // a tyre bench
             ("side_force_ratio", tyre.side_force_ratio, 0.1 * tyre.side_force_ratio),

@@ -35,7 +35,8 @@ pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {
 
 /// Bodies, springs and frame; a shaft drives the wheel.
 pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
-    let bodies = ["sports_small", "sports_touring"][usize::from(plant.mass > 280.0)];
+    let vehicle = &plant.vehicle;
+    let bodies = ["sports_small", "sports_touring"][usize::from(vehicle.mass > 280.0)];
     let springs = match r.between(0.0, 6.0) as usize {
         0 => Springs::None,
         1 => Springs::Soft,
@@ -49,7 +50,7 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
     // wheels with tyre and discs 9 to 13 kg in front, 11 to 16 kg behind (Sharp et al. 2004: 11.9, 14.7)
     put("front.wheel.mass", Some(r.between(9.0, 13.0)));
     put("rear.wheel.mass", Some(r.between(11.0, 16.0)));
-    for (end, spin) in ["front", "rear"].into_iter().zip(plant.wheel_inertia) {
+    for (end, spin) in ["front", "rear"].into_iter().zip(vehicle.wheel_inertia) {
         // a disc has half its spin inertia across, a ring with a hub a little more
         put(&format!("{end}.wheel.diametral_inertia"), Some(r.between(0.55, 0.62) * spin));
     }
@@ -80,13 +81,13 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
         // 34 kN m/rad (Sharp and Alstead 1980) to 150 kN m/rad (Sharp et al. 2004: 100)
         put("frame_twist.stiffness", Some(spread(r, 34e3, 150e3)));
         put("frame_twist.damping", Some(100.0));
-        put("frame_twist.x", Some(plant.wheelbase - 0.25));
+        put("frame_twist.x", Some(vehicle.wheelbase - 0.25));
         put("frame_twist.z", Some(0.8));
     }
     let lender = if bodies == "sports_small" { 260.0 } else { 308.0 };
     let trail = Some(r.between(0.085, 0.12)); // data sheets (schemas/bike.v1.toml)
     // the lender's radii of gyration, within a twelfth
-    let frame_inertia = plant.mass / lender * r.between(0.85, 1.18);
+    let frame_inertia = vehicle.mass / lender * r.between(0.85, 1.18);
     (springs, Build { bodies, frame_inertia, trail, keys })
 }
 

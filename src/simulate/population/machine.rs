@@ -23,9 +23,10 @@ use crate::tyre::dive::contact_arms;
 /// Density of the air, kg/m³.
 const AIR: f64 = 1.225;
 
-/// One machine, before anything is hidden in it.
+/// One machine of the population, before anything is hidden in it: a plant, and the bodies, springs and sensors that
+/// a multibody motorcycle needs beyond it. It has no bike file: that depends on how much its owner knows.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub struct DrawnMachine {
     /// Seed of the population.
     pub seed: u64,
     /// Its number.
@@ -51,18 +52,18 @@ pub struct Machine {
     carcasses: Carcasses,
 }
 
-impl std::fmt::Display for Machine {
+impl std::fmt::Display for DrawnMachine {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let p = &self.plant;
+        let vehicle = &self.plant.vehicle;
         let has = |key: &str| self.build.keys.contains_key(key);
         write!(
             f,
             "{:.0} kg, wheelbase {:.2} m, centre {:.2} m behind the front, {:.2} m up, {:?} tyres of {} in \
              front, springs {:?}, {}, {}, attitude by {}",
-            p.mass,
-            p.wheelbase,
-            p.cg_to_front,
-            p.cg_height,
+            vehicle.mass,
+            vehicle.wheelbase,
+            vehicle.cg_to_front,
+            vehicle.cg_height,
             self.make,
             self.tyres.name(),
             self.springs,
@@ -73,7 +74,7 @@ impl std::fmt::Display for Machine {
     }
 }
 
-impl Machine {
+impl DrawnMachine {
     /// Draws a machine.
     ///
     /// # Errors
@@ -84,28 +85,30 @@ impl Machine {
         let mut scenario = Scenario::builtin("paper")?.certain();
         scenario.seed = scenario.seed.wrapping_add(seed).wrapping_add(1000 * attempt as u64);
         let mut plant = scenario.machine(number).plant;
+        let v = &mut plant.vehicle;
         // 125 kg of a light sports motorcycle to 270 kg of a tourer (data sheets), riders of 60 to 95 kg
-        plant.mass = spread(r, 190.0, 350.0);
+        v.mass = spread(r, 190.0, 350.0);
         // data sheets: 1.34 m (supersport 600) to 1.52 m (touring)
-        plant.wheelbase = r.between(1.34, 1.52);
+        v.wheelbase = r.between(1.34, 1.52);
         // 43 to 51 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_to_front = plant.wheelbase * r.between(0.49, 0.57);
+        v.cg_to_front = v.wheelbase * r.between(0.49, 0.57);
         // 0.5 to 0.68 m with a rider (Cossalter 2006, sec. 3.2): the longer, the higher
-        plant.cg_height = plant.wheelbase * r.between(0.38, 0.45);
+        v.cg_height = v.wheelbase * r.between(0.38, 0.45);
         // 22 deg (supersport) to 29 deg (touring), data sheets
-        plant.caster_angle = r.between(22.0, 29.0).to_radians();
+        v.caster_angle = r.between(22.0, 29.0).to_radians();
         // faired and prone to naked and upright: 0.3 to 0.6 m2 (Cossalter 2006, sec. 3.5)
-        plant.drag = 0.5 * AIR * spread(r, 0.3, 0.6);
+        v.drag = 0.5 * AIR * spread(r, 0.3, 0.6);
         // 17 inch wheels with tyre and disc: within 30 % (schemas/bike.v1.toml)
-        plant.wheel_inertia = USUAL_WHEEL_INERTIA.map(|usual| usual * r.between(0.7, 1.3));
-        plant.brake_gain = USUAL_BRAKE_GAIN.map(|usual| usual * r.between(0.8, 1.25));
-        plant.yaw_inertia = f64::NAN; // the bodies'
-        plant.roll_inertia = f64::NAN;
-        let load = multibody::static_loads(&plant);
+        v.wheel_inertia = USUAL_WHEEL_INERTIA.map(|usual| usual * r.between(0.7, 1.3));
+        v.brake_gain = USUAL_BRAKE_GAIN.map(|usual| usual * r.between(0.8, 1.25));
+        v.yaw_inertia = f64::NAN; // the bodies'
+        v.roll_inertia = f64::NAN;
+        let load = v.static_loads();
         let make = Make::draw(r);
         let (tyres, carcasses) = tyre::draw(make, &mut plant, load, r)?;
         let radius = [0, 1].map(|k| plant.tyres[k].rolling_radius);
-        plant.dive_arm = contact_arms(plant.cg_height, radius, plant.wheelbase, plant.caster_angle);
+        let v = &mut plant.vehicle;
+        v.dive_arm = contact_arms(v.cg_height, radius, v.wheelbase, v.caster_angle);
         plant.model_error = usual_imperfections(r);
         let (springs, build) = build(&plant, r);
         let noise = spread(r, 0.5, 2.0);
@@ -120,7 +123,7 @@ impl Machine {
             bend: 0.0,
             lean: r.between(0.003, 0.01),
         };
-        Ok(Machine {
+        Ok(DrawnMachine {
             seed,
             number,
             attempt,
@@ -159,7 +162,7 @@ impl Machine {
     /// It cannot stand; a sentence that says why.
     pub fn motorcycle(&self, hidden: &ModelError) -> Result<Motorcycle, Error> {
         let plant = self.plant_with(hidden);
-        let load = multibody::static_loads(&plant);
+        let load = plant.vehicle.static_loads();
         let error = &plant.model_error;
         let tyre = |k: usize| {
             let like = match self.make {

@@ -17,29 +17,31 @@ pub(crate) mod ride;
 pub(crate) mod tyre;
 pub(crate) mod wizard;
 
-pub(crate) use machine::Machine;
+pub(crate) use machine::DrawnMachine;
 
 #[cfg(test)]
 mod tests {
     use super::bike::BikeFile;
-    use super::machine::Machine;
+    use super::machine::DrawnMachine;
     use crate::simulate::effects::ModelError;
     use crate::simulate::multibody::{Model, Road};
     use crate::simulate::scenario::Scenario;
 
-    fn draw(number: usize) -> Machine {
-        Machine::draw(3, number, 0).expect("built in")
+    fn draw(number: usize) -> DrawnMachine {
+        DrawnMachine::draw(3, number, 0).expect("built in")
     }
 
     #[test]
     fn a_machine_depends_on_seed_number_and_attempt_alone() {
-        let text = |m: &Machine| format!("{m:?}");
+        let text = |m: &DrawnMachine| format!("{m:?}");
         let first: Vec<String> = (0..6).map(|n| text(&draw(n))).collect();
         for number in (0..6).rev() {
             assert_eq!(text(&draw(number)), first[number]);
         }
-        assert!(first[0] != text(&Machine::draw(3, 0, 1).expect("built in")));
-        assert!(first[0] != first[1] && first[0] != text(&Machine::draw(4, 0, 0).expect("it")));
+        assert!(first[0] != text(&DrawnMachine::draw(3, 0, 1).expect("built in")));
+        assert!(
+            first[0] != first[1] && first[0] != text(&DrawnMachine::draw(4, 0, 0).expect("it"))
+        );
     }
 
     #[test]
@@ -47,13 +49,13 @@ mod tests {
         for number in 0..40 {
             let machine = draw(number);
             let m = machine.motorcycle(&ModelError::default()).expect("stands");
-            let (plant, centre) = (&machine.plant, m.centre());
+            let (vehicle, centre) = (&machine.plant.vehicle, m.centre());
             for (found, expected) in [
-                (m.mass(), plant.mass),
-                (m.wheelbase(), plant.wheelbase),
-                (m.centres[0].x - centre.x, plant.cg_to_front),
-                (centre.z, plant.cg_height),
-                (m.caster_angle, plant.caster_angle),
+                (m.mass(), vehicle.mass),
+                (m.wheelbase(), vehicle.wheelbase),
+                (m.centres[0].x - centre.x, vehicle.cg_to_front),
+                (centre.z, vehicle.cg_height),
+                (m.caster_angle, vehicle.caster_angle),
                 (m.trail(), machine.build.trail.expect("drawn")),
             ] {
                 assert!((found / expected - 1.0).abs() < 1e-9, "{number}: {found} for {expected}");

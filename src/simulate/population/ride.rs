@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::bike::BikeFile;
-use super::machine::Machine;
+use super::machine::DrawnMachine;
 use super::tyre::Make;
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
@@ -42,7 +42,7 @@ const INERTIAL: [Channel; 10] = [
     Channel::YawRate,
 ];
 
-impl Machine {
+impl DrawnMachine {
     /// What is ridden on it: a plan of a scenario with something hidden.
     ///
     /// # Errors
@@ -76,7 +76,7 @@ impl Machine {
 #[derive(Debug, Clone)]
 pub struct Ridden {
     /// The machine.
-    pub machine: Machine,
+    pub machine: DrawnMachine,
     /// What was ridden.
     pub tour: Tour,
     /// The ride.
@@ -149,7 +149,7 @@ pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, Error> {
     let hidden = error(case);
     let mut failed = Vec::new();
     for attempt in 0..ATTEMPTS {
-        let machine = Machine::draw(case.seed, case.number, attempt)?;
+        let machine = DrawnMachine::draw(case.seed, case.number, attempt)?;
         if !possible(&machine, &hidden) {
             continue;
         }
@@ -196,7 +196,7 @@ fn error(case: &Case) -> ModelError {
 
 /// Whether the tyres of a machine are tyres with something hidden in them: no motorcycle is ridden whose
 /// camber pushes it out of the bend.
-fn possible(machine: &Machine, hidden: &ModelError) -> bool {
+fn possible(machine: &DrawnMachine, hidden: &ModelError) -> bool {
     machine.plant_with(hidden).tyres.iter().all(|tyre| {
         tyre.side_force_ratio > 0.02
             && tyre.relaxation_length > 0.05
@@ -207,7 +207,7 @@ fn possible(machine: &Machine, hidden: &ModelError) -> bool {
 /// A case of a kind that the machine of its number can carry: effects that come from its construction are
 /// not hidden, nor what would make its tyres none.
 pub fn case(seed: u64, number: usize, kind: Kind, sizes: [f64; 2]) -> Case {
-    let machine = Machine::draw(seed, number, 0).ok();
+    let machine = DrawnMachine::draw(seed, number, 0).ok();
     let fits = |c: &Case| {
         c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks)
             && machine.as_ref().is_none_or(|m| possible(m, &error(c)))

@@ -119,7 +119,7 @@ pub(crate) fn draw(
     // 110/70 to 120/70 and 150/60 to 190/55 on 17 inch rims
     let radius = [random.between(0.285, 0.300), random.between(0.300, 0.325)];
     let rolling = random.between(0.010, 0.022);
-    plant.deflection_share = carcasses.share[0];
+    plant.vehicle.deflection_share = carcasses.share[0];
     plant.crown = carcasses.crown;
     for (k, tyre) in plant.tyres.iter_mut().enumerate() {
         // 0.04 to 0.13 in published motorcycle tyres

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::draw::within;
-use super::machine::Machine;
+use super::machine::DrawnMachine;
 use crate::contract::bike::Bike;
 use crate::motorcycle::catalogue::classes::{Class, Usual};
 use crate::motorcycle::catalogue::file::text;
@@ -34,8 +34,8 @@ const WEIGHT: f64 = 3.0;
 ///
 /// # Errors
 /// A size is none (a defect that a test would find).
-pub(crate) fn owner(machine: &Machine) -> Result<Owner, Error> {
-    let Machine { seed, number, attempt, plant, .. } = machine;
+pub(crate) fn owner(machine: &DrawnMachine) -> Result<Owner, Error> {
+    let DrawnMachine { seed, number, attempt, plant, .. } = machine;
     let mut random = Random::new(*seed, &format!("wizard {number} attempt {attempt}"));
     let mut sizes = [None, None];
     for k in 0..2 {
@@ -52,21 +52,21 @@ pub(crate) fn owner(machine: &Machine) -> Result<Owner, Error> {
         }
         sizes[k] = near.map(|(_, printed)| printed.to_owned());
     }
-    let weight = within(&mut random, plant.mass, WEIGHT, 2.0);
+    let weight = within(&mut random, plant.vehicle.mass, WEIGHT, 2.0);
     let class = looks_like(machine)?.name.clone();
     Ok(Owner { class: Some(class), sizes, weight: Some(weight), ..Owner::default() })
 }
 
 /// The class that is nearest in what is seen: length, size, fairing.
-fn looks_like(machine: &Machine) -> Result<&'static Class, Error> {
-    let plant = &machine.plant;
+fn looks_like(machine: &DrawnMachine) -> Result<&'static Class, Error> {
+    let vehicle = &machine.plant.vehicle;
     let off = |truth: f64, usual: &Usual| ((truth - usual.mean) / usual.sd).powi(2);
     let mut near: Option<(f64, &'static Class)> = None;
     for name in CLASSES {
         let class = Catalogue::builtin().class(name)?;
-        let far = off(plant.wheelbase, &class.wheelbase)
-            + off(plant.mass, &class.mass)
-            + off(plant.drag, &class.drag);
+        let far = off(vehicle.wheelbase, &class.wheelbase)
+            + off(vehicle.mass, &class.mass)
+            + off(vehicle.drag, &class.drag);
         if near.is_none_or(|(least, _)| far < least) {
             near = Some((far, class));
         }
@@ -78,7 +78,7 @@ fn looks_like(machine: &Machine) -> Result<&'static Class, Error> {
 ///
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
-pub(crate) fn bike(machine: &Machine) -> Result<Bike, Error> {
+pub(crate) fn bike(machine: &DrawnMachine) -> Result<Bike, Error> {
     let portrait = owner(machine)?.portrait(Catalogue::builtin())?;
     let id = format!("machine_{:04}", machine.number);
     let text = text(&portrait, &id)?;

@@ -26,7 +26,7 @@ use crate::simulate::imu::Imu;
 use crate::simulate::loggers::profile::Profile;
 use crate::simulate::multibody::road::Wave;
 use crate::simulate::multibody::{Model, Motorcycle, Road};
-use crate::simulate::population::Machine;
+use crate::simulate::population::DrawnMachine;
 use crate::simulate::population::bike::{BikeFile, bike};
 use crate::simulate::rider::Disturbance;
 use crate::simulate::sensors::Sensors;
@@ -242,7 +242,7 @@ impl Track {
         let r = &mut random;
         let drawn = self.varied && number > 0;
         let (mut motorcycle, mut bike, disturbance) = if drawn {
-            let machine = Machine::draw(self.seed, number, attempt)?;
+            let machine = DrawnMachine::draw(self.seed, number, attempt)?;
             let motorcycle = machine.motorcycle(&ModelError::default())?;
             let bike = bike(&machine, &motorcycle, BikeFile::Full)?;
             (motorcycle, bike, machine.disturbance)

@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::types::{Base, Forces};
 use crate::GRAVITY;
 use crate::contract::key_error::KeyError;
-use crate::tyre::offroad::body::Body;
+use crate::motorcycle::offroad::body::Body;
 
 /// A limb in the posture of rest: natural length, m, and force, N, positive in compression.
 #[derive(Debug, Clone, Copy, PartialEq)]

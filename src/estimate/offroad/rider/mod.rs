@@ -1,7 +1,7 @@
 //! What a standing rider does to the bike: forces at pegs and handlebar.
 //!
 //! Every rider gives the same table: [`Forces`], on the bike, in ground axes (X forward, Z down),
-//! N, for `A_r` of the [`equations`](crate::tyre::offroad::equations). Adding a rider is adding a file, a line in
+//! N, for `A_r` of the [`equations`](crate::motorcycle::offroad::equations). Adding a rider is adding a file, a line in
 //! [`Rider`] and one in [`forces`].
 
 pub(crate) mod a;
@@ -10,7 +10,7 @@ pub(crate) mod c;
 pub(crate) mod types;
 
 use crate::contract::key_error::KeyError;
-use crate::tyre::offroad::body::Body;
+use crate::motorcycle::offroad::body::Body;
 pub(crate) use types::{Base, Config, Forces, Rider, hold};
 
 /// A rider's forces over a session. NaN where the motion is not known.

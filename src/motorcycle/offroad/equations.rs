@@ -18,11 +18,11 @@
 //! with mass) and with the errata of the book, Off the road, sections 3 to 5: the sign of `A_r`, the
 //! `z_f'` of `m_v3`, the `m_4` of `m_v4`, the spin term of `m_v5`, the chain.
 
-/// Masses and geometry, in the paper's axes (z down, from the chassis' mass centre).
+/// Masses, inertias and geometry of the four bodies, in the paper's axes (z down, from the chassis' mass centre).
 ///
 /// `b`, `h`, `w`, `a_r0` belong to the posture in which both travels are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameters {
+pub struct RigidBodies {
     /// Masses of bodies 1 to 4, kg.
     pub m: [f64; 4],
     /// Inertias of bodies 1 to 4 about their own mass centres, kg m²; that of the swing arm may be
@@ -77,7 +77,7 @@ pub struct Motion {
 #[derive(Debug, Clone, Copy)]
 pub struct Equations {
     /// The parameters.
-    pub p: Parameters,
+    pub p: RigidBodies,
     m_t: f64,
     m_12: f64,
     j_1: f64,
@@ -109,7 +109,7 @@ pub struct Matrices {
 
 impl Equations {
     /// Precomputes what does not change.
-    pub fn new(p: Parameters) -> Self {
+    pub fn new(p: RigidBodies) -> Self {
         let (sin_a0, cos_a0) = p.a_r0.sin_cos();
         let (sin_eps, cos_eps) = p.eps.sin_cos();
         Equations {

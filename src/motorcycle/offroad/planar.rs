@@ -1,9 +1,9 @@
-//! The off-road side of a bike file, in the paper's axes: the one place where z turns over.
+//! The off-road motorcycle of a bike file, in the paper's axes: the one place where z turns over.
 
 use super::body::Body;
 use super::chain::Chain;
 use super::curve::{Beyond, Lines, Linkage};
-use super::equations::{Equations, Parameters};
+use super::equations::{Equations, RigidBodies};
 use crate::contract::bike::Bike;
 use crate::contract::key_error::KeyError;
 
@@ -48,9 +48,9 @@ impl Strut {
     }
 }
 
-/// Where the accelerometers are: (x, z down) from the chassis' mass centre, m.
+/// Places of the accelerometers: (x, z down) from the chassis' mass centre, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensors {
+pub struct Placements {
     /// Inertial unit.
     pub imu: [f64; 2],
     /// What the velocity is that of.
@@ -77,9 +77,12 @@ pub struct Noise {
     pub fr: f64,
 }
 
-/// Everything the off-road estimate knows of a bike.
+/// Motorcycle in its plane of symmetry: four rigid bodies, suspension, chain and rider.
+///
+/// Apart from the road's [`Vehicle`](crate::motorcycle::vehicle::Vehicle), which is one rigid body: travels and pitch
+/// are coordinates here, and masses and inertias are those of the parts.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub struct PlanarMotorcycle {
     /// Equations of motion.
     pub equations: Equations,
     /// Chain.
@@ -91,7 +94,7 @@ pub struct Machine {
     /// Shock travel to swing-arm angle.
     pub linkage: Linkage,
     /// Accelerometers.
-    pub sensors: Sensors,
+    pub sensors: Placements,
     /// Rider.
     pub rider: Body,
     /// Air, kg/m.
@@ -181,10 +184,10 @@ impl Section<'_> {
         )))
     }
 
-    fn parameters(&self) -> Parameters {
+    fn parameters(&self) -> RigidBodies {
         let bike = self.0;
         let parts = ["rear_wheel", "swing_arm", "chassis", "front_wheel"];
-        Parameters {
+        RigidBodies {
             m: parts.map(|part| self.get(&format!("mass_{part}"))),
             i: parts.map(|part| self.get(&format!("inertia_{part}"))),
             l_r: self.get("swing_arm_length"),
@@ -202,7 +205,7 @@ impl Section<'_> {
     }
 
     /// Equations of motion of bodies that can exist and that weigh what the file says.
-    fn equations(&self, parameters: Parameters) -> Result<Equations, KeyError> {
+    fn equations(&self, parameters: RigidBodies) -> Result<Equations, KeyError> {
         let bike = self.0;
         let whole: f64 = parameters.m.iter().sum::<f64>() + self.get("rider_mass");
         if (whole - bike.mass).abs() > 0.1 * bike.mass {
@@ -238,7 +241,7 @@ impl Section<'_> {
         }
     }
 
-    fn rider(&self, parameters: &Parameters) -> Body {
+    fn rider(&self, parameters: &RigidBodies) -> Body {
         let rider_x = self.value("rider_cg_x").unwrap_or(parameters.peg[0] - self.get("hip_x"));
         Body {
             mass: self.get("rider_mass"),
@@ -252,9 +255,9 @@ impl Section<'_> {
         }
     }
 
-    fn sensors(&self, parameters: &Parameters) -> Sensors {
+    fn sensors(&self, parameters: &RigidBodies) -> Placements {
         let bike = self.0;
-        Sensors {
+        Placements {
             imu: self.at("imu"),
             // of the mass centre of bike and rider, and from there by the lever arm
             velocity: [
@@ -286,7 +289,7 @@ impl Section<'_> {
     }
 }
 
-impl Machine {
+impl PlanarMotorcycle {
     /// The bike file's off-road side.
     ///
     /// # Errors
@@ -305,7 +308,7 @@ impl Machine {
                 SPROCKETS.join(", offroad.")
             ));
         }
-        Ok(Machine {
+        Ok(PlanarMotorcycle {
             notes,
             chain: chain(&|key| section.value(key)),
             fork: section.strut("fork"),
