@@ -14,14 +14,14 @@ use rayon::prelude::*;
 use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::contract::session::Session;
 use roadbench::internals::diagnose::reference::{Ride, changes, clearness};
-use roadbench::internals::diagnose::road::estimates::estimates;
+use roadbench::internals::diagnose::road::estimates::{Nominal, estimates};
 use roadbench::internals::diagnose::road::fitted;
 use roadbench::internals::ingest::write_session;
 use roadbench::internals::pipeline::{self, Pipeline};
 use roadbench::internals::simulate::effects::{ALL, Effect, ModelError};
 use roadbench::internals::simulate::hidden::{Case, Kind};
 use roadbench::internals::simulate::multibody_ride::ridden;
-use roadbench::internals::simulate::population::Machine;
+use roadbench::internals::simulate::population::DrawnMachine;
 use roadbench::internals::simulate::population::bike::BikeFile;
 use roadbench::internals::store::tables::rows::{
     ChangeRow, Circumstances, EffectTrace, EstimateRow, Ident,
@@ -103,7 +103,7 @@ impl Said {
 fn said(session: &Session, bike: &Bike, ident: &Ident, hidden: String) -> Result<Said, Failure> {
     let fit = fitted(session, bike, &Pipeline::onroad()).map_err(|e| e.message)?;
     let base = fit.base.clone().starting_point(&fit.samples, ALL).base;
-    let (estimates, traces) = estimates(&fit.samples, &base, ALL, ident);
+    let (estimates, traces) = estimates(&fit.samples, &Nominal::alone(&base), ALL, ident);
     Ok(Said { estimates, traces, hidden })
 }
 
@@ -163,7 +163,7 @@ fn of_machine(
     if let Some((effect, size)) = hidden {
         (effect.set)(&mut error, size);
     }
-    let machine = Machine::draw(seed, number, 0)?;
+    let machine = DrawnMachine::draw(seed, number, 0)?;
     let tour = machine.tour(&scenario, &error, BikeFile::Full)?;
     let ride_of = ridden(&tour, number)?;
     let what = hidden.map_or("none".to_owned(), |(e, size)| format!("{}:{size}", e.name));

@@ -82,10 +82,10 @@ fn the_base_is_the_generating_model() {
     let plant = &machine.plant;
     let friction = |curve: &MagicFormula| curve.value(-0.1);
     for (name, got, truth, most) in [
-        ("drag", fitted.drag, plant.drag, 0.01),
+        ("drag", fitted.vehicle.drag, plant.vehicle.drag, 0.01),
         ("rolling", fitted.rolling_resistance, plant.tyres[0].rolling_resistance, 0.01),
-        ("gain front", fitted.brake_gain[0], plant.brake_gain[0], 0.01),
-        ("gain rear", fitted.brake_gain[1], plant.brake_gain[1], 0.01),
+        ("gain front", fitted.vehicle.brake_gain[0], plant.vehicle.brake_gain[0], 0.01),
+        ("gain rear", fitted.vehicle.brake_gain[1], plant.vehicle.brake_gain[1], 0.01),
         ("radius front", fitted.radius[0], plant.tyres[0].rolling_radius, 0.0005),
         ("radius rear", fitted.radius[1], plant.tyres[1].rolling_radius, 0.0005),
         // the curves, not their coefficients: shape, peak and curvature stand in for one another. The
@@ -98,7 +98,7 @@ fn the_base_is_the_generating_model() {
         ),
         ("friction rear", friction(&fitted.friction[1]), friction(&plant.tyres[1].friction), 0.015),
         ("crown", fitted.crown()[0], plant.crown[0], 0.01),
-        ("deflection share", fitted.deflection_share, plant.deflection_share, 0.01),
+        ("deflection share", fitted.vehicle.deflection_share, plant.vehicle.deflection_share, 0.01),
         ("k front", fitted.stiffness[0][0], 12.5, 0.015),
         ("k rear", fitted.stiffness[1][0], 13.2, 0.015),
     ] {
@@ -112,10 +112,10 @@ fn the_base_is_the_generating_model() {
 fn the_base_knows_slip_stiffness_over_load() {
     let scenario = Scenario::builtin("perfect").expect("scenario");
     let mut machine = scenario.machine(0);
-    machine.plant.slip_stiffness_load = 0.3;
+    machine.plant.vehicle.slip_stiffness_load = 0.3;
     let session = roadbench::internals::simulate::session(&scenario, &machine, 0).session;
     let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
-    let found = fitted.base.values.slip_stiffness_load;
+    let found = fitted.base.values.vehicle.slip_stiffness_load;
     assert!((found - 0.3).abs() < 0.06, "{found}");
 }
 
@@ -222,6 +222,9 @@ fn a_late_velocity_is_found_whole() {
     let (name, value, sd) = named[0];
     assert_eq!(name, "latency");
     assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
+    // one number: what is compared with other rides is the size of the cause, not what the residuals alone show
+    let row = d.estimates.iter().find(|row| row.parameter == name).expect("a row");
+    assert!((row.value - value).abs() < 0.1 * sd, "{} for {value}", row.value);
     // the residuals alone show nine tenths of it; multiplied by a noisy derivative it would be half
     let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
     assert!(shown < -0.042, "{shown}");

@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 
 use super::numbers::History;
 use crate::contract::instant;
+use crate::store::tables::changes::{REST, common_words};
 
 /// Fewest rides on the other side.
 pub(crate) const OTHERS: usize = 3;
@@ -71,13 +72,7 @@ impl Common {
 
     /// In words, with its value: `rider anna`.
     fn words(self, value: &str) -> String {
-        match self {
-            Common::Site => format!("site {value}"),
-            Common::Rider => format!("rider {value}"),
-            Common::FrontTyre => format!("front tyre {value}"),
-            Common::RearTyre => format!("rear tyre {value}"),
-            Common::Day => format!("day {value}"),
-        }
+        common_words(self.name(), value)
     }
 
     /// Its value of a ride.
@@ -265,7 +260,7 @@ fn add(history: &History, sets: &mut Vec<Rides>, mut rides: Rides, mut words: St
     }
     if inside > others {
         rides.shares.iter_mut().for_each(|s| *s = 1.0 - *s);
-        words = format!("all but {words}");
+        words = format!("{REST}{words}");
     }
     let [inside, others] = rides.counts();
     if inside >= SET && others >= OTHERS {

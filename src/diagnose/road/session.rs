@@ -7,7 +7,7 @@ use super::advice::{self, Advice};
 use super::base::{self, Base, Start};
 use super::dive;
 use super::engine::RoadEngine;
-use super::estimates;
+use super::estimates::{self, Nominal};
 use super::extended_model::extended_model;
 use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, calibrate};
@@ -285,7 +285,9 @@ pub fn diagnose(
     let model = extended_model(&naming, &ident, (logged, measured), bike, pipeline);
     let circumstances = Circumstances::from(&session.meta);
     let Prepared { start, calibration, .. } = prepared;
-    let (estimates, effect_traces) = estimates::estimates(samples, &start.base, ALL, &ident);
+    let identified = naming.named().map(|cause| (cause.candidate.name, cause.value()));
+    let nominal = Nominal::beside(&start.base, &naming.extended, identified, ALL);
+    let (estimates, effect_traces) = estimates::estimates(samples, &nominal, ALL, &ident);
     Ok(RoadDiagnosis {
         ident,
         naming,
@@ -332,7 +334,8 @@ pub(crate) fn estimated(
     let Fitted { session: used, samples, base, .. } = fitted(session, bike, pipeline)?;
     let ident = Ident::from(&used.meta);
     let start = base.starting_point(&samples, ALL);
-    let (estimates, effect_traces) = estimates::estimates(&samples, &start.base, ALL, &ident);
+    let nominal = Nominal::alone(&start.base);
+    let (estimates, effect_traces) = estimates::estimates(&samples, &nominal, ALL, &ident);
     let (circumstances, n_samples) = (Circumstances::from(&session.meta), session.len as i64);
     Ok(Estimated { ident, circumstances, n_samples, estimates, effect_traces })
 }
