@@ -21,6 +21,7 @@ use crate::pipeline::{Pipeline, Rejection};
 use crate::simulate::effects::Who;
 use crate::store::objects::plain::plain;
 use crate::store::objects::{Location, source};
+use crate::store::tables::names::is_plain;
 use crate::store::tables::rows::Rejected;
 
 /// One session to compute.
@@ -135,7 +136,9 @@ pub(crate) fn plan(
         };
         let refuse = |log, meta, why| {
             let hash = found.problem.is_none().then(|| hash_file(&location).ok()).flatten();
-            Refused { row: row(log, meta, why, hash), bytes }
+            let mut row = row(log, meta, why, hash);
+            row.bike_id = row.bike_id.or_else(|| bike_of_folder(&location));
+            Refused { row, bytes }
         };
         let (meta, map) = match meta {
             Ok(identified) => identified,
@@ -254,6 +257,13 @@ pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
         ),
         limits: None,
     }
+}
+
+/// The motorcycle whose folder `bike=<id>` a log lies in: known of a log that cannot be read, too.
+fn bike_of_folder(log: &Location) -> Option<String> {
+    let folders = log.folders();
+    let mut ids = folders.iter().filter_map(|folder| folder.strip_prefix("bike="));
+    ids.next_back().filter(|id| is_plain(id)).map(str::to_owned)
 }
 
 /// A log as the tables name it.

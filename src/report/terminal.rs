@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::contract::coefficient::Coefficient as C;
+use crate::contract::instant;
 use crate::report::answer;
 use crate::report::as_read;
 use crate::report::coefficient_text::CoefficientText;
@@ -121,12 +122,14 @@ pub(crate) fn costs(costs: &[String], width: usize) -> String {
 }
 
 /// A batch: what went in and came out, how long it took, what its tyres have and what is missing in sentences, its warnings,
-/// and for each bike and tyre the medians of the main coefficients over its sessions.
+/// and for each bike and tyre the medians of the main coefficients over its sessions. It is of these sessions alone:
+/// `elsewhere` is how many others the output has, which the report and the fleet's tables are of, too.
 pub fn batch_summary(
     sessions: &[SessionRow],
     coefficients: &[Coefficient],
     rejected: &[Rejected],
     warnings: &[WarningRow],
+    elsewhere: usize,
     (seconds, width): (f64, usize),
 ) -> String {
     let mut out = String::new();
@@ -135,15 +138,23 @@ pub fn batch_summary(
         &mut out,
         &format!(
             "{} in, {} out, {} rejected, {}",
-            number_format::count(inputs, "session"),
-            sessions.len(),
+            number_format::count(inputs, "log"),
+            number_format::count(sessions.len(), "session"),
             rejected.len(),
             number_format::duration(seconds)
         ),
     );
+    if elsewhere > 0 {
+        let others = number_format::count(elsewhere, "more session");
+        let says = format!(
+            "This summary is of the logs of this run alone. The output has {others} of other logs; report and fleet \
+             tables are of all."
+        );
+        sentences(&mut out, &[says], width);
+    }
     sentences(&mut out, &answer::of_batch(sessions, coefficients), width);
     sentences(&mut out, &answer::of_warnings(warnings), width);
-    medians(&mut out, sessions, coefficients);
+    medians(&mut out, sessions, coefficients, elsewhere > 0);
     out
 }
 
@@ -171,7 +182,7 @@ pub(crate) fn rejections(rejected: &[Rejected], most: usize, width: usize) -> St
     out
 }
 
-fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficient]) {
+fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficient], is_part: bool) {
     let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
     if bikes.is_empty() {
         return;
@@ -186,7 +197,8 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
     let main = if offroad { OFFROAD.as_slice() } else { MAIN.as_slice() };
     let width = bikes.iter().map(|b| b.chars().count()).max().unwrap_or(4).clamp(4, 20);
     line(out, "");
-    line(out, "medians over the sessions where each is determined (how many)");
+    let which = if is_part { "this run's" } else { "the" };
+    line(out, &format!("medians over {which} sessions where each is determined (how many)"));
     let mut rows: Vec<Vec<String>> =
         vec![main.iter().map(|(_, title)| (*title).to_owned()).collect()];
     let mut labels = vec![format!("{:<width$} {:>8} {:<5}", "bike", "sessions", "tyre")];
@@ -219,10 +231,16 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
 
 fn heading(session: &SessionRow) -> String {
     let mut parts = vec![clean(&session.ident.session_id), clean(&session.ident.bike_id)];
-    parts.extend(session.ident.start_time.as_deref().map(|t| clean(&number_format::timestamp(t))));
+    parts.extend(session.ident.start_time.as_deref().map(|t| clean(&started(t))));
     parts.push(number_format::duration(session.duration));
     parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     parts.join("  ")
+}
+
+/// A start time as the tables and pages have it: UTC, whatever offset the log gave. A day stays a day.
+fn started(text: &str) -> String {
+    let utc = text.contains('T').then(|| instant::text(instant::microseconds(text)?)).flatten();
+    number_format::timestamp(utc.as_deref().unwrap_or(text))
 }
 
 /// Lines of a text broken at blanks to at most `width` characters; what a long line goes on with is indented by two more than
@@ -247,7 +265,7 @@ pub(crate) fn wrapped(text: &str, width: usize) -> String {
 }
 
 /// Text from a log without control characters, which would act on the terminal.
-fn clean(text: &str) -> String {
+pub(crate) fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
@@ -364,6 +382,30 @@ mod tests {
         );
     }
 
+    /// Medians of some of an output's sessions are not those of its tables and pages: who reads them is told.
+    #[test]
+    fn a_summary_of_some_sessions_says_so() {
+        let rows = [coefficient("front", "mf_d", Some(1.2), None)];
+        let text = batch_summary(&[session()], &rows, &[], &[], 4, (1.0, 80));
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+        let joined = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(joined.contains("The output has 4 more sessions of other logs"), "{text}");
+        assert!(text.contains("medians over this run's sessions"), "{text}");
+    }
+
+    /// A ride after midnight east of Greenwich has one date, here and in the tables.
+    #[test]
+    fn a_ride_starts_at_the_time_of_the_tables() {
+        let at = |start: &str| {
+            let mut session = session();
+            session.ident.start_time = Some(start.to_owned());
+            heading(&session)
+        };
+        assert!(at("2026-06-02T01:30:00+02:00").contains("  2026-06-01 23:30:00Z  "));
+        assert!(at("2026-06-02T01:30:00").contains("  2026-06-02 01:30:00Z  "));
+        assert!(at("2026-06-02").contains("  2026-06-02  "));
+    }
+
     #[test]
     fn costs_fit_the_page() {
         assert_eq!(costs(&[], WIDTH), "");
@@ -389,8 +431,12 @@ mod tests {
         };
         let rows = [coefficient("front", "mf_d", Some(1.2), None)];
         let rejected = [rejected];
-        let text = batch_summary(&[session()], &rows, &rejected, &[], (12.34, WIDTH));
-        assert!(text.starts_with("2 sessions in, 1 out, 1 rejected, 12.3 s\n"), "{text}");
+        let text = batch_summary(&[session()], &rows, &rejected, &[], 0, (12.34, WIDTH));
+        assert!(text.starts_with("2 logs in, 1 session out, 1 rejected, 12.3 s\n"), "{text}");
+        assert!(
+            text.contains("medians over the sessions") && !text.contains("other logs"),
+            "{text}"
+        );
         assert!(text.contains("1.2000 (1)") || text.contains("1.200 (1)"), "{text}");
         let list = rejections(&rejected, 20, WIDTH);
         assert!(list.contains("ingest (empty): the file has no rows"), "{list}");

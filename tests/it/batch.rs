@@ -75,6 +75,27 @@ fn every_input_ends_as_a_session_or_a_rejection() {
     );
 }
 
+/// A log that cannot be read lies below its motorcycle's folder nevertheless: its rejection says whose it is.
+#[test]
+fn a_rejected_log_is_its_folders_motorcycle() {
+    let place = Place::new(&[
+        ("a", "s-a|b1|ok"),
+        ("bike=b1/cut", "rubbish"),
+        ("bike=../cut", "rubbish"),
+        ("bike=b1/bike=b2/cut", "rubbish"),
+    ]);
+    let run = place.run();
+    adds_up(&run);
+    let bike_of = |folder: &str| {
+        let end = format!("logs/{folder}cut.csv");
+        run.rejected.iter().find(|row| row.path.ends_with(&end)).expect(folder).bike_id.clone()
+    };
+    assert_eq!(bike_of("bike=b1/").as_deref(), Some("b1"));
+    assert_eq!(bike_of("bike=b1/bike=b2/").as_deref(), Some("b2"));
+    assert_eq!(bike_of("bike=../"), None);
+    assert_eq!(place.sessions(), ["b1/s-a"]);
+}
+
 #[test]
 fn no_id_leads_out_of_the_output() {
     let long = "x".repeat(5000);

@@ -115,7 +115,7 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let start = Instant::now();
     let again = archive.diagnose("in", "out", &[]);
     println!("a second run on 3 rides: {:?}", start.elapsed());
-    assert_eq!(again, "3 sessions, nothing has changed in out\n");
+    assert_eq!(again, "3 logs, nothing has changed in out\n");
     assert_same(&archive.files("out"), &whole);
 
     // what would be done, and why

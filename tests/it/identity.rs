@@ -70,6 +70,42 @@ fn a_renamed_log_is_the_same_ride_and_a_copy_is_none() {
     assert_eq!(place.sessions(), ["b1/a"]);
 }
 
+/// A session whose id is the name of its file goes when the file gets another name; so does that of a log that is bad now.
+/// A dry run says which, and the run does it.
+#[test]
+fn a_dry_run_says_which_sessions_go() {
+    let place = Place::new(&[
+        ("a", "*|b1|ok"),
+        ("c", "s-c|b1|ok"),
+        ("d", "*|b2|ok 0.3 2026-05-01"),
+        ("e", "s-e|b1|ok 0.3 2026-05-02"),
+        ("x", "s-x|b1|ok 0.3 2026-05-03"),
+        ("y", "s-y|b1|ok 0.3 2026-05-04"),
+    ]);
+    place.run();
+    let before = place.sessions();
+    for (from, to) in [("a", "z"), ("c", "0")] {
+        let [from, to] = [from, to].map(|name| place.path(&format!("logs/{name}.csv")));
+        std::fs::rename(from, to).expect("renamed");
+    }
+    place.put("logs/d.csv", "rubbish");
+    place.put("logs/e.csv", "s-f|b2|ok 0.3 2026-05-02");
+    // their sessions stay: they only change names
+    place.put("logs/x.csv", "s-y|b1|ok 0.3 2026-05-04");
+    place.put("logs/y.csv", "s-x|b1|ok 0.3 2026-05-03");
+    let told = place.setup().intend();
+    let says = |name: &str| &told.iter().find(|(log, ..)| log == name).expect(name).2;
+    assert_eq!(says("z"), "new; removes session `a` of b1, which was made from this log");
+    assert_eq!(says("0"), "the log was renamed or moved");
+    assert!(says("d").ends_with("; removes session `d` of b2, which was made from this log"));
+    assert!(says("e").ends_with("; removes session `s-e` of b1, which was made from this log"));
+    place.run();
+    let after = place.sessions();
+    let removed: Vec<String> = before.into_iter().filter(|key| !after.contains(key)).collect();
+    assert_eq!(removed, ["b1/a", "b1/s-e", "b2/d"]);
+    assert_eq!(told.iter().filter(|(.., why)| why.contains("removes session")).count(), 3);
+}
+
 /// Names that are exchanged among logs, in one night.
 #[test]
 fn exchanged_names_lose_nothing() {

@@ -119,6 +119,32 @@ fn a_page_that_is_there_stays_whatever_the_next_would_be() {
     assert_eq!(stayed(out), 3);
 }
 
+/// A page that was made while a table was damaged is no page of the whole tables, although the sessions are the same.
+#[test]
+fn a_page_that_was_made_without_a_table_is_made_again_with_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = folder.path();
+    generate(out);
+    report::write(out).expect("report");
+    let whole = pages(out);
+    let mut shown = Vec::new();
+    for table in ["coefficients", "manoeuvres", "plots", "warnings", "tyre_parameters", "forces"] {
+        let (there, away) = (out.join(table), out.join("away"));
+        if fs::rename(&there, &away).is_err() {
+            continue;
+        }
+        report::update(out).expect("without the table");
+        let without = pages(out);
+        fs::rename(&away, &there).expect("back");
+        report::update(out).expect("with the table");
+        assert!(pages(out) == whole, "{table}");
+        if without != whole {
+            shown.push(table);
+        }
+    }
+    assert!(shown.contains(&"coefficients") && shown.contains(&"plots"), "{shown:?}");
+}
+
 #[test]
 fn a_report_without_pages_of_sessions_links_to_none() {
     let folder = tempfile::tempdir().expect("folder");

@@ -37,6 +37,8 @@ pub struct Script {
     pub identified: AtomicUsize,
     pub pause: Duration,
     pub signals: bool,
+    /// Why no log is identified, as where the channel map is not given that they were read by.
+    pub refuses: Option<RejectionCode>,
 }
 
 impl Work for Script {
@@ -52,6 +54,9 @@ impl Work for Script {
 
     fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Identified, Rejection> {
         self.identified.fetch_add(1, Ordering::Relaxed);
+        if let Some(code) = self.refuses {
+            return Err(rejection_of(code, "as the test says".into()));
+        }
         let text = std::fs::read_to_string(log.as_path().expect("a file"))
             .map_err(|e| rejection_of(RejectionCode::Unreadable, e.to_string()))?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();

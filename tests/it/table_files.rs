@@ -97,3 +97,15 @@ fn the_truth_of_the_bundled_archive_is_as_its_schema_says() {
         assert_eq!(n, 12, "{folder}");
     }
 }
+
+/// A median over values that are not determined is no tyre's: each query of the book asks for the status.
+#[test]
+fn queries_of_the_book_take_determined_values_alone() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src/output.md");
+    let text = std::fs::read_to_string(page).expect("a page of the book");
+    let medians: Vec<&str> = text.lines().filter(|line| line.contains("median(")).collect();
+    assert!(medians.len() > 1, "{medians:?}");
+    for line in medians {
+        assert!(line.contains("status") && line.contains("ok"), "{line}");
+    }
+}

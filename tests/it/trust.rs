@@ -15,7 +15,7 @@ use roadbench::internals::report::Pages;
 use roadbench::internals::store::tables::rows::{Coefficient, FleetRow, SessionRow};
 use roadbench::internals::store::tables::{file, read};
 
-use crate::script::{Place, Script, adds_up, codes};
+use crate::script::{BIKE, Place, Script, adds_up, codes};
 
 /// A run with what is made over all sessions.
 fn night(place: &Place) -> roadbench::internals::batch::Accounts {
@@ -289,6 +289,107 @@ fn a_damaged_table_stops_no_other_motorcycle() {
     assert_eq!(run.damage, None);
     let fleet: Vec<FleetRow> = read::rows(&place.path("out")).expect("read");
     assert_eq!(fleet.len(), 2, "s-b is back");
+}
+
+/// A bike file with a mistake in it, or that is gone, costs no session: the next night with a good one finds them as they were.
+#[test]
+fn a_bike_file_that_cannot_be_used_costs_no_session() {
+    let place = Place::new(&[
+        ("s-a", "s-a|b1|ok"),
+        ("b", "s-b|b1|ok"),
+        ("c", "s-c|b2|ok"),
+        ("d", "s-d|b1|ok"),
+    ]);
+    night(&place);
+    let whole = place.files("out");
+    let good = std::fs::read_to_string(place.path("bikes/b1.toml")).expect("a bike file");
+    let bad = [
+        Some(good.replace("mass = 260.0", "mass = \"heavy\"")),
+        Some(good.replace("mass", "masss")),
+        Some(String::new()),
+        None,
+    ];
+    for text in bad {
+        match &text {
+            Some(text) => place.put("bikes/b1.toml", text),
+            None => std::fs::remove_file(place.path("bikes/b1.toml")).expect("removed"),
+        }
+        // a log that changed, and one that is new, wait for the bike file
+        place.put("logs/d.csv", "s-d|b1|ok ");
+        place.put("logs/e.csv", "s-e|b1|ok");
+        let code = if text.is_some() { "bad_bike_file" } else { "no_bike_file" };
+        for _ in 0..2 {
+            let run = night(&place);
+            assert_eq!((run.unchanged, codes(&run)), (1, vec![code; 4]), "{text:?}");
+            let now = place.files("out");
+            let is_table = |name: &&String| name.contains("/bike=");
+            let other: Vec<&String> = whole
+                .keys()
+                .chain(now.keys())
+                .filter(is_table)
+                .filter(|name| whole.get(*name) != now.get(*name))
+                .collect();
+            assert!(other.is_empty(), "{other:?}");
+        }
+        place.put("bikes/b1.toml", &good);
+        place.put("logs/d.csv", "s-d|b1|ok");
+        std::fs::remove_file(place.path("logs/e.csv")).expect("removed");
+        let run = night(&place);
+        assert_eq!((run.done, run.unchanged, run.rejected.len()), (0, 4, 0), "{text:?}");
+        assert!(place.files("out") == whole, "{text:?}");
+    }
+}
+
+/// Nor does a channel map that is forgotten or fits no more: the log is what it was. One that has changed too is lost.
+#[test]
+fn a_channel_map_that_fits_no_more_costs_no_session() {
+    use roadbench::internals::contract::rejection::RejectionCode as Code;
+    for code in [Code::NoChannelMap, Code::MissingColumn, Code::NoBikeId] {
+        let place = Place::new(&[("s-a", "s-a|b1|ok"), ("s-b", "s-b|b1|ok")]);
+        night(&place);
+        place.put("logs/s-b.csv", "s-b|b1|ok ");
+        // the version and the maps are among the settings: no log is known without being opened
+        place.put("bikes/b1.toml", &BIKE.replace("260.0", "261.0"));
+        let without = Script { refuses: Some(code), ..Script::default() };
+        let run = place.run_with(&without, |_| {}).expect("run");
+        assert_eq!(codes(&run), [code.as_str(); 2]);
+        assert_eq!(place.sessions(), ["b1/s-a"], "{code}");
+        let run = night(&place);
+        assert_eq!((run.done, run.rejected.len()), (2, 0));
+    }
+}
+
+/// A table that comes back from a backup changes no session. Fleet and report, which were made without it, are made again.
+#[test]
+fn a_table_from_a_backup_comes_back_into_fleet_and_report() {
+    let place = Place::new(&[
+        ("a", "s-a|b1|ok 0.31 2026-05-01T10:00:00Z"),
+        ("c", "s-c|b2|ok 0.33 2026-06-01T10:00:00Z"),
+    ]);
+    night(&place);
+    std::fs::remove_file(place.path("logs/a.csv")).expect("its log is gone: nobody can compute it");
+    night(&place);
+    let whole = place.files("out");
+    for file in ["coefficients/bike=b1/2026-05.parquet", "plots/bike=b1/2026-05.parquet"] {
+        for is_cut in [false, true] {
+            let path = place.path("out").join(file);
+            match is_cut {
+                true => std::fs::write(&path, &whole[file][..100]).expect("cut"),
+                false => std::fs::remove_file(&path).expect("removed"),
+            }
+            assert!(night(&place).damage.is_some(), "{file}");
+            let without = place.files("out");
+            assert!(whole.iter().any(|(name, bytes)| {
+                name.starts_with("report/") && without.get(name) != Some(bytes)
+            }));
+            std::fs::write(&path, &whole[file]).expect("from a backup");
+            assert_eq!(night(&place).damage, None);
+            let now = place.files("out");
+            let other: Vec<&String> =
+                whole.keys().filter(|name| whole.get(*name) != now.get(*name)).collect();
+            assert!(other.is_empty(), "{file}, cut {is_cut}: {other:?}");
+        }
+    }
 }
 
 /// What a newer version wrote is not replaced by what this one knows of it.

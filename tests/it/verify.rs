@@ -155,7 +155,7 @@ fn a_run_notices_a_table_that_is_not_as_it_was_written() {
     assert_eq!(found(&place), []);
 }
 
-/// Two rides of a motorcycle, as the program writes them.
+/// Two rides of a motorcycle, as the program writes them; again into the same folder.
 fn two_rides(folder: &Path) -> PathBuf {
     let out = folder.join("out");
     let day = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive");
@@ -217,4 +217,32 @@ fn no_command_gives_numbers_of_a_damaged_table() {
     assert_eq!([&export[..], &compare].map(|command| said(command).0), [Some(0); 2]);
     let (code, says) = said(&report);
     assert!(code == Some(3) && says.contains("fleet/fleet.parquet"), "{says}");
+}
+
+/// A report that was made while a table was damaged does not outlive the damage, whoever repairs the table: a run that computes
+/// its sessions again, or a backup.
+#[test]
+fn a_report_of_damaged_tables_is_made_again_once_they_are_repaired() {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = two_rides(folder.path());
+    let pages = || -> Vec<String> {
+        let page = |id| out.join(format!("report/{id}.html"));
+        let read = |id| std::fs::read_to_string(page(id)).expect("a page");
+        ["archive_s0001", "archive_s0002"].map(read).into()
+    };
+    let whole = pages();
+    let file = out.join("coefficients/bike=archive_01/2026-05.parquet");
+    let bytes = std::fs::read(&file).expect("a table");
+    for from_backup in [false, true] {
+        let mut damaged = bytes.clone();
+        damaged[bytes.len() / 2] ^= 1;
+        std::fs::write(&file, damaged).expect("written");
+        assert_eq!(said(&["report", &out.to_string_lossy()]).0, Some(3));
+        assert!(pages()[0].contains("0 of 0 coefficients determined"), "made without the table");
+        if from_backup {
+            std::fs::write(&file, &bytes).expect("written");
+        }
+        two_rides(folder.path());
+        assert!(pages() == whole, "from a backup: {from_backup}");
+    }
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 
-use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::events::{Event, Moved};
 use crate::fleet::ratio::Ratio;
@@ -129,12 +128,7 @@ pub(crate) fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
     let known = |x: f64| x.is_finite().then_some(x);
     let row = |r: &Ratio| {
         let status = r.status();
-        let reason = (status != Status::Ok).then(|| {
-            format!(
-                "the side force per camber differs between sessions by {:.3}, of which it is known to {:.3}",
-                r.variety, r.noise
-            )
-        });
+        let (code, reason) = r.reason().unzip();
         let advice = "riders who lean off differently, or wide and tight corners, would show it";
         RatioRow {
             bike_id: bike.bike.clone(),
@@ -150,7 +144,7 @@ pub(crate) fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
             variety: r.variety,
             noise: r.noise,
             status,
-            reason_code: reason.as_ref().map(|_| ReasonCode::AlikeSessions.name().to_owned()),
+            reason_code: code.map(|code| code.name().to_owned()),
             advice: reason.as_ref().map(|_| advice.to_owned()),
             reason,
         }

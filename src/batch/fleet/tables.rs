@@ -21,7 +21,7 @@ use crate::batch::error::Error;
 use crate::batch::store::contents::Contents;
 use crate::batch::store::kind;
 use crate::contract::status::Status;
-use crate::fleet::{Observation, common};
+use crate::fleet::{Observation, common, drift};
 use crate::store::tables::file;
 use crate::store::tables::read;
 use crate::store::tables::read::Columns;
@@ -332,7 +332,8 @@ impl Sessions<'_> {
             robust_sd,
             within_sd: dispersion::root_mean_square(&known_errors),
             between_sd: dispersion::between_sd(&known_values, &known_errors),
-            drift_per_day: dispersion::theil_sen(&when, &what),
+            drift_per_day: dispersion::theil_sen(&when, &what)
+                .filter(|_| drift::spans_enough(when.iter().copied())),
             n_flagged: flagged.len() as i64,
             flagged_sessions: (!flagged.is_empty()).then(|| flagged.join(", ")),
             ..FleetRow::default()

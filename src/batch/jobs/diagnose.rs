@@ -13,6 +13,7 @@ use crate::batch::store::folder::Store;
 use crate::batch::store::kind;
 use crate::batch::store::kind::{CHANGES, Kind, SHARED, SHARED_PLACES};
 use crate::batch::store::local_copy::LocalCopy;
+use crate::batch::store::mark;
 use crate::batch::store::settle;
 use crate::diagnose::reference::against::Against;
 use crate::diagnose::{self, Diagnosis, Settings};
@@ -147,7 +148,10 @@ pub fn finish(store: &Store) -> Result<OverAll, Error> {
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([SHARED, CHANGES, "report"])?;
     settle::list_again(store.root(), &copy, &SHARED_PLACES)?;
-    store.clear_behind()?;
+    match copy.is_whole() {
+        true => store.clear_behind()?,
+        false => mark::stay_behind(store.root())?,
+    }
     Ok(over_all)
 }
 

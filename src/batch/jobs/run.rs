@@ -10,6 +10,7 @@ use crate::batch::store::folder::Store;
 use crate::batch::store::kind;
 use crate::batch::store::kind::Kind;
 use crate::batch::store::local_copy::LocalCopy;
+use crate::batch::store::mark;
 use crate::batch::store::settle;
 use crate::contract::rejection::Stage;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
@@ -114,6 +115,9 @@ pub fn finish(
     if copy.is_copy() {
         settle::list_again(store.root(), &copy, &fleet)?; // it is there only now
     }
-    store.clear_behind()?;
+    match copy.is_whole() {
+        true => store.clear_behind()?,
+        false => mark::stay_behind(store.root())?,
+    }
     Ok(copy)
 }

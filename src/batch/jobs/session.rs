@@ -12,7 +12,6 @@ use crate::batch::settings::Settings;
 use crate::batch::store::folder::Store;
 use crate::batch::store::marker::Committed;
 use crate::batch::store::parts;
-use crate::batch::workers::blame;
 use crate::contract::instant;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::ingest::{self, Identified};
@@ -215,9 +214,7 @@ pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected,
 /// The output cannot be written.
 pub(crate) fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
-    if blame::is_the_logs(row)
-        && let Some(key) = store.session_of(row, start)
-    {
+    if let Some(key) = store.given_up(row, start) {
         store.remove(&key)?;
     }
     Ok(store.reject(row)?)

@@ -32,12 +32,11 @@ use super::mark;
 use super::marker::{Committed, Key};
 use super::staged::{self, Staged};
 use super::switch::{self, Switching};
-use super::{merge, migrate};
+use super::{merge, migrate, superseded};
 use crate::batch::error::Error;
 use crate::batch::jobs::work::SessionFile;
 use crate::batch::log_hash::hash_file;
 use crate::batch::plan::Job;
-use crate::batch::workers::blame;
 use crate::report;
 use crate::store::objects::Location;
 use crate::store::tables::names::file_name;
@@ -242,19 +241,13 @@ impl Store {
         there.input_hash != hash && there.is_other_ride(start) && !is_here()
     }
 
-    /// Takes out what a log was before: sessions that were made from a log of its name, and those that were made from the same
-    /// bytes under a name that is no more. Another ride that had the log's name stays.
+    /// Takes out what a log was before: [`superseded::by`].
     ///
     /// # Errors
     /// The folder cannot be written.
     pub fn remove_superseded(&self, made: &Committed) -> Result<(), file::Error> {
-        let own = made.key();
-        let of_name = self.found.made_from(&made.path).iter().flat_map(|key| self.found.of(key));
-        let of_name = of_name.filter(|row| row.path == made.path);
-        let of_name = of_name.filter(|row| !self.is_archived(row, &made.input_hash, made.start));
-        let moved = self.found.of_bytes(&made.input_hash).filter(|row| is_gone(&row.path));
-        let mut others: BTreeSet<Key> = of_name.chain(moved).map(Committed::key).collect();
-        others.remove(&own);
+        let is_archived = |there: &Committed| self.is_archived(there, &made.input_hash, made.start);
+        let others = superseded::by(made, &self.found, is_archived);
         // names may be exchanged among the logs of a batch
         let is_expected =
             |key: &Key| self.expected.get().is_some_and(|all| all.sessions.contains(key));
@@ -451,41 +444,18 @@ impl Store {
         self.root().join(name)
     }
 
-    /// The session whose rows go with a rejected log that says to begin at `start`: the one that was made from it. What
-    /// another log gave, or another ride that had the log's name, stays.
-    pub fn session_of(&self, rejected: &Rejected, start: Option<i64>) -> Option<Key> {
-        let hash = rejected.input_hash.as_deref().unwrap_or_default();
-        let is_own = |there: &&Committed| {
-            let is_same = !hash.is_empty() && there.input_hash == hash;
-            is_same || there.path == rejected.path && !self.is_archived(there, hash, start)
-        };
-        match (&rejected.bike_id, &rejected.session_id) {
-            (Some(bike_id), Some(session_id)) => {
-                let key = Key::new(bike_id, session_id);
-                self.found.of(&key).iter().find(is_own).map(Committed::key)
-            }
-            _ => self.session_made_from(&rejected.path),
-        }
-    }
-
-    /// Whether the output keeps rows of a rejected log: it could not be read tonight, and is what it was for all we know.
+    /// Whether the output keeps rows of a log that was rejected and says to begin at `start`: [`superseded::keeps`].
     pub fn keeps(&self, rejected: &Rejected, start: Option<i64>) -> bool {
-        !blame::is_the_logs(rejected) && self.session_of(rejected, start).is_some()
+        let hash = rejected.input_hash.as_deref().unwrap_or_default();
+        superseded::keeps(rejected, &self.found, |there| self.is_archived(there, hash, start))
     }
 
-    /// The session that an unreadable log was when it could still be read: the last one that was made from this very path, if
-    /// it is named like the file.
-    fn session_made_from(&self, log: &str) -> Option<Key> {
-        let stem = std::path::Path::new(log).file_stem()?.to_str()?;
-        let rows = self.found.made_from(log).iter().flat_map(|key| self.found.of(key));
-        let last = rows.filter(|row| row.path == log).max_by_key(|row| row.start)?;
-        (last.session_id == stem).then(|| last.key())
+    /// The session whose rows go with such a log: [`superseded::with_rejected`].
+    pub fn given_up(&self, rejected: &Rejected, start: Option<i64>) -> Option<Key> {
+        let hash = rejected.input_hash.as_deref().unwrap_or_default();
+        let is_archived = |there: &Committed| self.is_archived(there, hash, start);
+        superseded::with_rejected(rejected, &self.found, is_archived)
     }
-}
-
-/// Whether a log is not there any more; one that cannot be looked for may be.
-fn is_gone(path: &str) -> bool {
-    Location::parse(path).is_ok_and(|at| at.exists().is_ok_and(|there| !there))
 }
 
 /// The lock on the folder is held: whatever is half-written in it is nobody's, but for what a command that only reads the

@@ -11,7 +11,7 @@ use super::manifest::{Manifest, is_below};
 use crate::batch::error::Error;
 use crate::store::objects::Location;
 use crate::store::tables::by_session::SessionFiles;
-use crate::store::tables::registry::SESSIONS;
+use crate::store::tables::registry::{REJECTED, SESSIONS};
 use crate::store::tables::rows::SessionRow;
 
 /// Makes sure of some files of an output: `wanted` is asked with their paths below it.
@@ -42,6 +42,15 @@ pub(crate) fn says(out: &Location, damaged: &BTreeSet<String>) -> Option<String>
 /// As [`require`].
 pub(crate) fn require_sessions(out: &Location) -> Result<(), Error> {
     require(out, |path| is_below(path, SESSIONS.name))
+}
+
+/// Makes sure of the tables that account for every input.
+///
+/// # Errors
+/// As [`require`].
+pub(crate) fn require_lists(out: &Location) -> Result<(), Error> {
+    let lists = [SESSIONS.name, REJECTED.name];
+    require(out, |path| lists.iter().any(|table| is_below(path, table)))
 }
 
 /// Makes sure of some tables of some motorcycles.

@@ -134,12 +134,17 @@ impl LocalCopy {
         Ok(LocalCopy { folder, origin: Some((out.clone(), copy)), left_out: damaged })
     }
 
-    /// Of a folder of which no table is made again: what is damaged of those over all sessions is left out, too.
+    /// Of a folder of which no table is made again: what is damaged of those over all sessions is left out, too. The next
+    /// batch then makes the report again, with what was repaired.
     ///
     /// # Errors
     /// As [`LocalCopy::of`].
     pub(crate) fn of_whole_folder(out: &Path) -> Result<LocalCopy, Error> {
-        Self::of_folder(out, |_| true)
+        let copy = Self::of_folder(out, |_| true)?;
+        if !copy.is_whole() {
+            mark::stay_behind(&out.into())?;
+        }
+        Ok(copy)
     }
 
     /// Of a folder: itself, or where tables of it are damaged links to all others; `wanted` says which are looked at.
@@ -180,6 +185,11 @@ impl LocalCopy {
     /// Whether the tables are not worked on in their own place.
     pub fn is_copy(&self) -> bool {
         self.origin.is_some()
+    }
+
+    /// Whether no table is left out.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.left_out.is_empty()
     }
 
     /// What an error says of tables that are missing or not as they were written; nothing where all are.

@@ -10,6 +10,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::reader::ChunkReader;
 use serde::{Deserialize, Serialize};
 
+use super::kind::{DIAGNOSE, RUN};
 use super::manifest;
 use crate::batch::error::Error;
 use crate::store::objects::Location;
@@ -112,6 +113,23 @@ pub(crate) fn claim(root: &Location) -> Result<(), Error> {
         return Ok(());
     }
     Ok(file::write_bytes(at, &text)?)
+}
+
+/// Marks what is made over all sessions as older than they are, of each command that has sessions: it was made without
+/// tables that were damaged. They may come back from a backup, which changes no session; the next batch makes it again.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn stay_behind(root: &Location) -> Result<(), Error> {
+    for kind in [&RUN, &DIAGNOSE] {
+        let sessions = root.join(kind.marker.name);
+        let has_any =
+            sessions.is_folder().map_err(|e| Error::Output(format!("{sessions}: {e}")))?;
+        if has_any {
+            file::write_bytes(root.join(kind.behind), b"")?;
+        }
+    }
+    Ok(())
 }
 
 /// The table that a Parquet file says to be; none where it is no such file, or no output table.

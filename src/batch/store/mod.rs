@@ -29,6 +29,7 @@
 //! | [`manifest`] | checksums of what is in place |
 //! | [`intact`] | numbers of a table that is not as it was written go to nobody |
 //! | [`contents`], [`marker`], [`parts`], [`kind`] | which sessions are there, and in which files |
+//! | [`superseded`] | which sessions go with what becomes of a log |
 //! | [`forget`], [`mod@verify`], [`mod@migrate`], [`empty`], [`local_copy`] | commands and helpers on top |
 
 pub(crate) mod contents;
@@ -48,6 +49,7 @@ pub(crate) mod parts;
 pub(crate) mod reading;
 pub(crate) mod settle;
 pub(crate) mod staged;
+pub(crate) mod superseded;
 pub(crate) mod switch;
 pub(crate) mod verify;
 

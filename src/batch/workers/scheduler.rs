@@ -21,7 +21,7 @@ use crate::batch::settings::Settings;
 use crate::batch::store::contents::{Contents, Stale};
 use crate::batch::store::folder::Store;
 use crate::batch::store::marker::{Committed, Key};
-use crate::batch::store::settle;
+use crate::batch::store::{settle, superseded};
 use crate::pipeline::Rejection;
 use crate::store::objects::Location;
 use crate::store::tables::rows::Rejected;
@@ -217,11 +217,15 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
     let force = settings.force || found.len() == 1; // as `run` does
     let there = Contents::read(work.kind(), settings.out)?.with_damage();
     let Plan { jobs, refused } = plan::plan(found, &bikes, &there, settings, work)?;
-    let refused = refused.into_iter().map(|r| Intended {
-        log: r.row.path,
-        session_id: r.row.session_id,
-        state: State::Rejected,
-        why: r.row.message,
+    // a rejected log begins at no known time
+    let refused = refused.into_iter().map(|r| {
+        let gone = superseded::with_rejected(&r.row, &there, |_| false);
+        Intended {
+            why: r.row.message.clone() + &going(gone),
+            log: r.row.path,
+            session_id: r.row.session_id,
+            state: State::Rejected,
+        }
     });
     let logs: Vec<(&Job, Option<&Job>)> = jobs
         .iter()
@@ -232,15 +236,19 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
         .map(|(job, _)| job.hash.clone().map_or_else(|| hash_file(&job.location), Ok))
         .collect();
     let bytes: BTreeSet<&String> = hashed.iter().flatten().collect();
+    let sessions: BTreeSet<Key> = logs.iter().map(|(job, _)| job.key()).collect();
     let intended = |((job, first), hash): (&(&Job, Option<&Job>), &std::io::Result<String>)| {
         let refused = |why: Rejection| (State::Rejected, why.message);
-        let archived = |hash: &String| {
-            let is_archived = |there: &&Committed| {
-                there.input_hash != *hash
-                    && there.is_other_ride(job.start)
-                    && !bytes.contains(&there.input_hash)
-            };
-            there.of(&job.key()).iter().find(is_archived)
+        let is_archived = |there: &Committed, hash: &str| {
+            there.input_hash != hash
+                && there.is_other_ride(job.start)
+                && !bytes.contains(&there.input_hash)
+        };
+        let archived = |hash: &str| there.of(&job.key()).iter().find(|row| is_archived(row, hash));
+        // of what the log was before, the sessions that no other log gives
+        let was_before = |made: &Committed| {
+            let others = superseded::by(made, &there, |row| is_archived(row, &made.input_hash));
+            others.into_iter().filter(|key| !sessions.contains(key)).collect::<Vec<Key>>()
         };
         let (state, why) = match (hash, first) {
             (Err(e), _) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
@@ -255,7 +263,10 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
                         let wanted = job.wanted(hash.clone());
                         let stale = there.stale(&wanted, |table| work.is_requested(table));
                         match stale.or(force.then_some(Stale::Forced)) {
-                            Some(stale) => (State::Done, stale.words().to_owned()),
+                            Some(stale) => {
+                                let gone = going(was_before(&wanted));
+                                (State::Done, stale.words().to_owned() + &gone)
+                            }
                             None => (State::Unchanged, String::new()),
                         }
                     }
@@ -269,6 +280,14 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
     let mut all: Vec<Intended> = refused.chain(jobs).collect();
     all.sort_by(|a, b| a.log.cmp(&b.log));
     Ok(all)
+}
+
+/// What a dry run says of sessions that go; nothing where none does.
+fn going(sessions: impl IntoIterator<Item = Key>) -> String {
+    let words = |Key { bike_id, session_id }: Key| {
+        format!("; removes session `{session_id}` of {bike_id}, which was made from this log")
+    };
+    sessions.into_iter().map(words).collect()
 }
 
 /// What the workers share.

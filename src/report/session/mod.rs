@@ -8,4 +8,5 @@ pub(crate) mod lap_trends;
 pub(crate) mod laps;
 pub(crate) mod neighbours;
 pub(crate) mod page;
+pub(crate) mod printed;
 pub(crate) mod write;

@@ -67,11 +67,20 @@ impl Writer<'_> {
         neighbours: &Neighbours,
     ) -> Result<Source, Error> {
         let path = self.folder.join(name);
-        let diagnosis = self.diagnosed.page_of(&session.ident);
-        let causes = self.diagnosed.causes_of(&session.ident);
+        let ident = &session.ident;
+        let diagnosis = self.diagnosed.page_of(ident);
+        let causes = self.diagnosed.causes_of(ident);
         let links = neighbours.each_ref().map(|n| n.as_ref().map_or("", |n| &n.page));
+        let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
+        let (coefficients, warnings) =
+            (self.tables.coefficients_of(ident), self.tables.warnings_of(ident));
+        let parameters = self.tables.parameters_of(ident);
+        // a table that was damaged has no rows here, and has them again once it is repaired
+        let of_run = [coefficients.len(), warnings.len(), parameters.len(), forces.len()];
+        let rows: Vec<usize> = of_run.into_iter().chain(self.stored.counts(ident)).collect();
         let fingerprint = page_shell::fingerprint(
             session,
+            &rows,
             [diagnosis.unwrap_or_default(), &causes.join("\n")],
             &self.bench.text,
             links,
@@ -83,14 +92,10 @@ impl Writer<'_> {
         {
             return Ok(source);
         }
-        let ident = &session.ident;
         let manoeuvres = self.stored.manoeuvres(ident)?;
         let points = self.stored.plots(ident)?;
         let mut drawn = figures::build(&points, &manoeuvres);
         self.bench.draw(&ident.bike_id, &mut drawn.charts);
-        let coefficients = self.tables.coefficients_of(ident);
-        let warnings = self.tables.warnings_of(ident);
-        let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
         let mut page = page::build(session, coefficients, &manoeuvres, warnings);
         page.compare(self.bench);
         if let Some(answer) = forces::answer(forces, &manoeuvres) {
@@ -104,8 +109,7 @@ impl Writer<'_> {
             drawn.laps = laps::figure(&lap_rows, &corners, &self.stored.lap_points(ident)?);
         }
         figures::share_time(&mut drawn.panels);
-        let explored: Vec<&str> =
-            self.tables.parameters_of(ident).iter().map(|p| p.tyre.as_str()).collect();
+        let explored: Vec<&str> = parameters.iter().map(|p| p.tyre.as_str()).collect();
         let html = self.environment.get_template("session.html")?.render(context! {
             page => Serde(page),
             charts => Serde(chart::heads(&drawn.charts)),
