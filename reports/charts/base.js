@@ -1,6 +1,6 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
-// The files of this folder are one script: base, links, cloud, fit, timeline, laps, main, in that order; of the tyre
-// explorer base, links, tyre_model, explorer.
+// The files of this folder are one script: base, links, svg, cloud, fit, timeline, laps, main, in that order; of the
+// tyre explorer base, links, svg, tyre_model, explorer.
 // Before them stands KINDS, made from src/segment/manoeuvre: words, letters, sides, rest of each kind.
 // Texts reach the page through textContent alone.
 const store = document.getElementById("data");
@@ -279,6 +279,8 @@ const legend = (holder, entries, hidden, changed) => {
   }
   return entries;
 };
+// The shown lines of a chart with their colours.
+const coloured = (chart, hidden, palette) => chart.lines.flatMap((l, i) => hidden.has(l.name) ? [] : [[l.label, palette[(l.colour ?? i) % palette.length]]]);
 const lineEntries = (chart, palette) => chart.lines.map((l, i) => ({
   key: l.name, label: l.label, mark: "line",
   paint: e => { e.style.background = palette()[(l.colour ?? i) % palette().length]; },

@@ -43,9 +43,7 @@ const sideBand = (t, angle, gamma, load, mu) => {
 const upright = s => Math.abs(s.gamma) < 0.09;
 const slipBand = (t, slip, s) => {
   const b = !upright(s) ? null : t.off("friction", slip * t.stiffer(s.load) / s.mu);
-  if (!b || Math.abs(b.y) < 1e-9) return null;
-  const force = t.forces(slip, 0, s.gamma, s.load, s.mu)[0], share = Math.abs(force / b.y);
-  return [b.low * share, b.high * share];
+  return b && [b.low, b.high].map(size => size * s.load * s.mu);
 };
 const within = (value, ends) => ends != null && value >= ends[0] - 1e-9 && value <= ends[1] + 1e-9;
 const either = size => size == null ? null : [-size, size];
@@ -82,7 +80,7 @@ const VIEWS = {
   overturning: {
     x: { label: "camber", unit: "\u00b0" }, y: { label: "overturning moment Mx", unit: "N m" }, range: [-55, 55], needs: "lateral",
     value: (t, x, s) => t.forces(0, 0, x / DEGREES, s.load, s.mu)[2],
-    band: (t, x, s) => t.crown && t.crown.map(size => Math.abs(size * s.load * Math.tan(x / DEGREES))),
+    band: (t, x, s) => t.crown && (x > 0 ? [t.crown[1], t.crown[0]] : t.crown).map(size => Math.abs(size * s.load * Math.tan(x / DEGREES))),
     ridden: (t, x, s) => within(s.load, t.ridden.load) && camberRidden(t, x / DEGREES), uses: ["load", "camber", "mu"],
   },
 };
@@ -255,7 +253,8 @@ const NUMBERS = [
     const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
     return [force, b && [b[1], b[0]], 0, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
   }],
-  ["Slip there, %", "longitudinal", (t, s) => [-100 * peakOf(t, s)[0], null, 1, t.peak_slip ? "see the session's page" : "poorly determined"]],
+  ["Slip there, %", "longitudinal", (t, s) => t.peak_slip == null ? [null, null, 1, "the peak was not reached"]
+    : [-100 * peakOf(t, s)[0], null, 1, t.peak_slip ? "see the session's page" : "poorly determined"]],
   ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
   ["Camber stiffness, N per degree of camber", "lateral", (t, s) => stiffness(t, s, t.parameters.side_force_ratio, "camber")],
   ["Side force without slip angle, N", "lateral", (t, s) => {
@@ -284,12 +283,12 @@ const tabulate = s => {
     const row = make("tr");
     make("th", "", row, label).scope = "row";
     for (const { tyre } of shown) {
-      if (!tyre[half]) {
-        const cell = make("td", "why", row, "not ridden");
+      const [y, b, digits, why] = tyre[half] ? of(tyre, s) : [null, null, 0, "not ridden"];
+      if (y == null) {
+        const cell = make("td", "why", row, why);
         cell.colSpan = 2;
         continue;
       }
-      const [y, b, digits, why] = of(tyre, s);
       make("td", "n", row, minus(y.toFixed(digits))).dataset.label = tyre.name;
       make("td", "n", row, b ? span(y, b, digits) : why || "\u2013").dataset.label = "95 % interval";
     }
@@ -359,9 +358,20 @@ const csv = () => {
   ]);
 };
 at("csv").addEventListener("click", () => save(new Blob([csv()], { type: "text/csv" }), `tyre_${controls.show.value}.csv`));
+const drawing = () => drawingOf(() => u, build, () => {
+  const view = VIEWS[controls.show.value], value = name => minus(controls[name].value);
+  const of = { load: `load ${value("load")} N`, camber: `camber ${value("camber")}\u00b0`, slip: `slip ratio ${value("slip")} %`, angle: `slip angle ${value("angle")}\u00b0`, mu: `road friction ${value("mu")}` };
+  const given = Object.keys(of).filter(name => view.uses.includes(name) && view.x.label !== name);
+  return {
+    title: `${view.y.label} over ${view.x.label}: ${given.map(name => of[name]).join(", ")}`, note: at("caption").textContent,
+    key: shown.map(o => [o.tyre.name, o.colour()]),
+  };
+});
+at("svg").addEventListener("click", () => save(new Blob([drawing()], { type: "image/svg+xml" }), `tyre_${controls.show.value}.svg`));
 at("png").addEventListener("click", () =>
   pictureOf(u, shown.map(o => o.tyre.name).join(" and ")).toBlob(blob => save(blob, `tyre_${controls.show.value}.png`)));
-store.csv = csv; // for tests and for the curious
+Object.assign(store, { csv, drawing }); // for tests and for the curious
+store.intervals = { along: slipBand, across: sideBand };
 
 readTheme();
 data.tyres.forEach((t, i) => {

@@ -23,11 +23,14 @@ const spans = (u, chart) => {
   }
 };
 
+const rampWords = (chart, range) => {
+  const size = range[1] - range[0];
+  return `${chart.shade.label} ${figure(range[0], size * 20)} \u2026 ${withUnit(range[1], size * 20, chart.shade)}`;
+};
 const rampEntry = (holder, chart, range) => {
   const e = make("span", "ramp"), bar = make("i", "", e);
   bar.setAttribute("aria-hidden", "true");
-  const size = range[1] - range[0];
-  e.append(`${chart.shade.label} ${figure(range[0], size * 20)} \u2026 ${withUnit(range[1], size * 20, chart.shade)}`);
+  e.append(rampWords(chart, range));
   const next = holder.nextElementSibling;
   (next && next.className === "legend" ? next : (() => { const box = make("div", "legend"); holder.after(box); return box; })()).append(e);
   return () => { bar.style.background = `linear-gradient(to right, ${theme.ramp.join(", ")})`; };
@@ -124,7 +127,10 @@ const fit = (holder, chart) => {
   group.now.push(() => u);
   group.builds.push(build);
   const frame = holder.closest("figure"), title = frame.querySelector("figcaption strong")?.textContent || named(chart.y);
-  saves(frame, chart.name || "chart", title, () => csvOf(chart), () => u);
+  saves(frame, chart.name || "chart", title, {
+    csv: () => csvOf(chart), canvas: () => pictureOf(u, title),
+    drawing: () => drawingOf(() => u, build, () => ({ title, key: coloured(chart, hidden, palette()), note: range && `Points: ${rampWords(chart, range)}, light to dark.` })),
+  });
   legend(holder, entries, hidden, () => group.builds.forEach(f => f()));
   const tint = range ? rampEntry(holder, chart, range) : () => {};
   tint();

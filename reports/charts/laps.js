@@ -2,17 +2,7 @@
 const track = data.laps;
 const lapCharts = () => {
   const at = name => document.querySelector(`[data-lap-chart="${name}"]`);
-  // the namespace of SVG, asked of the browser: pages have no addresses in them
-  const template = document.createElement("template");
-  template.innerHTML = "<svg></svg>";
-  const space = template.content.firstChild.namespaceURI;
-  const svg = (tag, parent, attributes, text) => {
-    const e = document.createElementNS(space, tag);
-    for (const [k, v] of Object.entries(attributes)) e.setAttribute(k, v);
-    if (text !== undefined) e.textContent = text;
-    if (parent) parent.append(e);
-    return e;
-  };
+  const svg = element;
   const best = track.laps.find(l => l.best) || track.laps[0];
   let now = best, cursor = null;
   const n = track.s.length, end = track.s[n - 1];
@@ -171,7 +161,33 @@ const lapCharts = () => {
     ["lap", "lap time", "distance (m)", "x (m)", "y (m)", "behind (s)", "speed (km/h)", "roll (deg)", "ax (g)", "ay (g)", "friction used (g)"],
     ...track.laps.flatMap(l => track.s.map((s, k) => [l.lap, l.time, s, track.x[k], track.y[k], l.d[k], l.v[k], l.roll[k], l.ax[k], l.ay[k], l.used[k]])),
   ]);
-  saves(at("behind").closest("figure"), "laps", "all laps", csv, null);
+  // drawings one below the other, each text with the style that the page gives it
+  const drawing = names => () => {
+    try {
+      return onPaper(() => {
+        draw();
+        let height = 0, width = 0;
+        const parts = names.map(name => {
+          const from = at(name).firstChild, copy = from.cloneNode(true), texts = from.querySelectorAll("text");
+          copy.querySelectorAll("text").forEach((e, i) => {
+            const style = getComputedStyle(texts[i]);
+            for (const [k, v] of [["fill", style.fill], ["font-size", "12"], ["font-weight", style.fontWeight]]) e.setAttribute(k, v);
+            e.removeAttribute("class");
+          });
+          copy.removeAttribute("class");
+          copy.setAttribute("y", height);
+          height += +copy.getAttribute("height");
+          width = Math.max(width, +copy.getAttribute("width"));
+          return copy;
+        });
+        const title = at(names[0]).closest("figure").querySelector("figcaption strong").textContent;
+        const key = [[`lap ${now.lap}`, theme.lines[0]], ...(now === best ? [] : [[`best lap ${best.lap}`, theme.lines[1]]])];
+        return sheetOf(title, width, height, 1, { title, key: names.includes("speed") ? key : null }, parts);
+      });
+    } finally { draw(); }
+  };
+  for (const [name, title, names, data] of [["laps", "all laps", ["behind", "speed"], csv], ["lap_map", "map", ["map"]], ["gg", "g-g diagram", ["gg"]]])
+    saves(at(names[0]).closest("figure"), name, title, { csv: data, drawing: drawing(names) });
   let width = at("map").clientWidth;
   new ResizeObserver(() => {
     if (!printing && at("map").clientWidth !== width) { width = at("map").clientWidth; draw(); }

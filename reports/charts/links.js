@@ -60,7 +60,8 @@ const pictureOf = (u, title) => {
   k.drawImage(from, 0, head);
   return to;
 };
-const saves = (frame, name, title, csv, current) => {
+// Buttons for a chart's data, its picture and its drawing, as far as there are functions that give them.
+const saves = (frame, name, title, { csv, canvas, drawing }) => {
   const box = make("span", "saves screen", frame.querySelector("figcaption"));
   const button = (text, what, act) => {
     const b = make("button", "", box, text);
@@ -68,7 +69,8 @@ const saves = (frame, name, title, csv, current) => {
     b.setAttribute("aria-label", `${what} of ${title}`);
     b.addEventListener("click", act);
   };
-  button("CSV", "data", () => save(new Blob([csv()], { type: "text/csv" }), `${name}.csv`));
-  if (current) button("PNG", "picture", () => pictureOf(current(), title).toBlob(blob => save(blob, `${name}.png`)));
-  box.csv = csv; // for tests and for the curious
+  if (csv) button("CSV", "data", () => save(new Blob([csv()], { type: "text/csv" }), `${name}.csv`));
+  if (canvas) button("PNG", "picture", () => canvas().toBlob(blob => save(blob, `${name}.png`)));
+  if (drawing) button("SVG", "drawing", () => save(new Blob([drawing()], { type: "image/svg+xml" }), `${name}.svg`));
+  Object.assign(box, { csv, drawing }); // for tests and for the curious
 };

@@ -10,7 +10,8 @@ const hatch = colour => {
     ctx.beginPath();
     for (const d of [-n, 0, n]) { ctx.moveTo(d, n); ctx.lineTo(d + n, 0); }
     ctx.stroke();
-    hatches.set(colour, ctx.createPattern(tile, "repeat"));
+    // a pattern does not say what it is made of, which a drawing has to know
+    hatches.set(colour, Object.assign(ctx.createPattern(tile, "repeat"), { colour }));
   }
   return hatches.get(colour);
 };
@@ -130,7 +131,11 @@ const panel = (holder, chart, index) => {
   build();
   panels.push(() => u);
   if (last && panels.length) recall(panels[0](), "time");
-  saves(holder.closest("figure"), chart.name || "time", named(chart.y), () => csvOf(chart), () => u);
+  const title = named(chart.y);
+  saves(holder.closest("figure"), chart.name || "time", title, {
+    csv: () => csvOf(chart), canvas: () => pictureOf(u, title),
+    drawing: () => drawingOf(() => u, build, () => ({ title, key: coloured(chart, hidden, theme.traces) })),
+  });
   const entries = lineEntries(chart, () => theme.traces);
   legend(holder, entries, hidden, build);
   keys(holder, () => { u.hovered = true; return u; }, home, choose);

@@ -87,8 +87,9 @@ fn asked(rows: &[Coefficient], part: Part) -> Vec<(&Coefficient, &'static str)> 
 pub(crate) fn advice(rows: &[Coefficient]) -> Vec<String> {
     let mut missing: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for (row, words) in [Part::Front, Part::Rear].into_iter().flat_map(|part| asked(rows, part)) {
+        // a bound is no value: what would give one is worth a ride
         if let Some(advice) = &row.advice
-            && !matches!(row.status, Status::Ok | Status::LowerBound)
+            && row.status != Status::Ok
         {
             missing.entry(advice).or_default().insert(words);
         }
@@ -102,12 +103,11 @@ pub(crate) fn advice(rows: &[Coefficient]) -> Vec<String> {
     missing.into_iter().take(ADVICE).map(sentence).collect()
 }
 
-/// Which of the numbers that people ask of a tyre a session determines, in a sentence.
+/// Which of the numbers that people ask of a tyre a session determines, and for which it has a lower bound alone.
 pub(crate) fn determined(rows: &[Coefficient]) -> String {
     let [front, rear] = [Part::Front, Part::Rear].map(|part| asked(rows, part));
-    let is_known = |tyre: &[(&Coefficient, &str)], words: &str| {
-        let own = tyre.iter().find(|(_, w)| *w == words);
-        own.is_some_and(|(row, _)| matches!(row.status, Status::Ok | Status::LowerBound))
+    let is = |tyre: &[(&Coefficient, &str)], words: &str, status: Status| {
+        tyre.iter().any(|(row, w)| *w == words && row.status == status)
     };
     let mut groups: [(&str, Vec<&str>); 4] = [
         ("for both tyres", Vec::new()),
@@ -115,25 +115,41 @@ pub(crate) fn determined(rows: &[Coefficient]) -> String {
         ("for the rear tyre alone", Vec::new()),
         ("for neither", Vec::new()),
     ];
+    let mut bounded = Vec::new();
     for (_, words) in ASKED.into_iter().chain([INSTEAD]) {
         if !front.iter().chain(&rear).any(|(_, w)| *w == words) {
             continue;
         }
-        let place = match (is_known(&front, words), is_known(&rear, words)) {
-            (true, true) => 0,
-            (true, false) => 1,
-            (false, true) => 2,
-            (false, false) => 3,
+        let of = |status| [&front, &rear].map(|tyre| is(tyre, words, status));
+        // a tyre whose peak was not reached has no peak, however low the bound is
+        let bounds = of(Status::LowerBound);
+        match bounds {
+            [true, true] => bounded.push(format!("{words} of both tyres")),
+            [true, false] => bounded.push(format!("{words} of the front tyre")),
+            [false, true] => bounded.push(format!("{words} of the rear tyre")),
+            [false, false] => {}
+        }
+        let place = match of(Status::Ok) {
+            [true, true] => 0,
+            [true, false] => 1,
+            [false, true] => 2,
+            [false, false] if bounds.contains(&true) => continue,
+            [false, false] => 3,
         };
         groups[place].1.push(words);
     }
-    if groups[..3].iter().all(|(_, words)| words.is_empty()) {
-        return "Nothing that is asked of a tyre first is determined.".to_owned();
+    let mut said = if groups[..3].iter().all(|(_, words)| words.is_empty()) {
+        "Nothing that is asked of a tyre first is determined.".to_owned()
+    } else {
+        let parts = groups.iter().filter(|(_, words)| !words.is_empty());
+        let parts: Vec<String> =
+            parts.map(|(whose, words)| format!("{whose}: {}", words.join(", "))).collect();
+        format!("Determined {}.", parts.join("; "))
+    };
+    if !bounded.is_empty() {
+        said.push_str(&format!(" A lower bound alone: {}.", bounded.join(", ")));
     }
-    let parts = groups.iter().filter(|(_, words)| !words.is_empty());
-    let parts: Vec<String> =
-        parts.map(|(whose, words)| format!("{whose}: {}", words.join(", "))).collect();
-    format!("Determined {}.", parts.join("; "))
+    said
 }
 
 /// How many tyres of all sessions have each of the numbers, in a sentence, and what would tell more.
@@ -244,16 +260,33 @@ mod tests {
             [
                 "Front tyre: peak friction 1.052 (1.020 to 1.083).",
                 "Rear tyre: peak friction at least 0.80.",
-                "For camber stiffness and cornering stiffness: ride corners.",
+                "For camber stiffness and cornering stiffness and peak friction: ride corners.",
             ]
         );
         assert_eq!(
             determined(&rows),
-            "Determined for both tyres: peak friction; for neither: cornering stiffness, camber stiffness."
+            "Determined for the front tyre alone: peak friction; for neither: cornering stiffness, camber stiffness. \
+             A lower bound alone: peak friction of the rear tyre."
         );
         assert!(determined(&rows[2..]).starts_with("Nothing"));
         let batch = of_batch(&[], &rows);
         assert!(batch[0].contains("peak friction 1 of 2, cornering stiffness 0 of 1"), "{batch:?}");
+    }
+
+    /// A bound says that a peak was not reached: neither the sentence nor the advice takes it for a value.
+    #[test]
+    fn a_bounded_peak_is_not_determined_and_has_its_advice() {
+        let bound = |tyre| row(tyre, C::MfD, Status::LowerBound, [None, Some(0.06), None]);
+        let nothing = "Nothing that is asked of a tyre first is determined.";
+        assert_eq!(
+            determined(&[bound("rear")]),
+            format!("{nothing} A lower bound alone: peak friction of the rear tyre.")
+        );
+        assert_eq!(
+            determined(&[bound("front"), bound("rear")]),
+            format!("{nothing} A lower bound alone: peak friction of both tyres.")
+        );
+        assert_eq!(advice(&[bound("rear")]), ["For peak friction: ride corners."]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The script and the style of the pages: inside each page, or once in a folder beside them.
 //!
-//! They are 92 KB. A page that holds them can be sent as it is; thousands of pages share them. The
+//! They are some 145 KB. A page that holds them can be sent as it is; thousands of pages share them. The
 //! name of a shared file is a hash of its content, so that a page of another version never gets it.
 
 use std::path::Path;
@@ -20,6 +20,7 @@ pub(super) static SCRIPT: LazyLock<String> = LazyLock::new(|| {
 const CHARTS: &str = concat!(
     include_str!("../../reports/charts/base.js"),
     include_str!("../../reports/charts/links.js"),
+    include_str!("../../reports/charts/svg.js"),
     include_str!("../../reports/charts/cloud.js"),
     include_str!("../../reports/charts/fit.js"),
     include_str!("../../reports/charts/timeline.js"),
@@ -33,6 +34,7 @@ pub(super) static EXPLORER_SCRIPT: LazyLock<String> = LazyLock::new(|| {
 const EXPLORER: &str = concat!(
     include_str!("../../reports/charts/base.js"),
     include_str!("../../reports/charts/links.js"),
+    include_str!("../../reports/charts/svg.js"),
     include_str!("../../reports/charts/tyre_model.js"),
     include_str!("../../reports/charts/explorer.js"),
 );

@@ -40,10 +40,10 @@ pub(crate) fn write(run: &Run, fleet: Option<&Fleet>, only: Option<&Page>) -> St
 // writing to a String cannot fail: the results of `writeln!` are dropped throughout
 
 fn heading(out: &mut String, run: &Run) {
-    let title = match run.inputs {
-        0 => format!("Diagnoses of {} riding sessions", run.diagnoses.len()),
-        1 => "Tyre coefficients from 1 riding session".to_owned(),
-        n => format!("Tyre coefficients from {n} riding sessions"),
+    let title = match (run.inputs, run.sessions.len()) {
+        (0, _) => format!("Diagnoses of {} riding sessions", run.diagnoses.len()),
+        (_, 1) => "Tyre coefficients from 1 riding session".to_owned(),
+        (_, n) => format!("Tyre coefficients from {n} riding sessions"),
     };
     let _ = writeln!(out, "# {title}\n");
     if run.inputs > 0 {
@@ -119,7 +119,7 @@ fn events(out: &mut String, fleet: &Fleet) {
             &[
                 text(&e.bike),
                 format!("{}, {}", text(&e.label), text(&e.tyre)),
-                text(&e.first.name),
+                text(&e.first),
                 e.sessions.to_string(),
                 text(&e.size),
                 text(&e.reason),

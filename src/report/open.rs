@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contract::schema;
 use crate::report::assets::{self, Pages};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::diagnosis::tables::causes;
 use crate::report::error::Error;
+use crate::report::find::find;
 use crate::report::lock::Lock;
 use crate::report::session::neighbours::{Neighbours, neighbours};
 use crate::report::session::{bench_values, write::Writer};
@@ -80,31 +80,6 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
     Ok(folder.join(name))
 }
 
-/// Place of a session; else a sentence.
-fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usize, Error> {
-    let named: Vec<usize> = (0..keys.len()).filter(|i| keys[*i].1 == session).collect();
-    let bikes = || named.iter().map(|i| keys[*i].0).collect::<Vec<_>>().join(", ");
-    let of = |b: &str| named.iter().copied().find(|i| keys[*i].0 == b);
-    match (named.as_slice(), bike) {
-        ([], _) => {
-            let near = schema::closest(session, keys.iter().map(|k| k.1));
-            let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-            Err(Error::NoSession(format!("no session `{session}` in the table `sessions`{hint}")))
-        }
-        (_, Some(bike)) => of(bike).ok_or_else(|| {
-            Error::NoSession(format!(
-                "bike `{bike}` has no session `{session}`; it is of {}",
-                bikes()
-            ))
-        }),
-        ([one], None) => Ok(*one),
-        (_, None) => Err(Error::NoSession(format!(
-            "several bikes have a session `{session}`: say which with --bike ({})",
-            bikes()
-        ))),
-    }
-}
-
 /// Makes sure that an output has a session, of whichever bike: one of a run or one that was diagnosed.
 ///
 /// # Errors
@@ -117,21 +92,5 @@ pub(crate) fn require_session(out: &Path, session: &str) -> Result<(), Error> {
     match keys.iter().any(|key| key.1 == session) {
         true => Ok(()),
         false => find(&keys, session, None).map(|_| ()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_session_is_found_or_the_sentence_says_what_to_do() {
-        let keys = [("a", "one"), ("a", "two"), ("b", "two")];
-        assert_eq!(find(&keys, "one", None).ok(), Some(0));
-        assert_eq!(find(&keys, "two", Some("b")).ok(), Some(2));
-        let says = |session, bike| find(&keys, session, bike).expect_err("no session").to_string();
-        assert!(says("onee", None).contains("did you mean `one`?"));
-        assert!(says("two", None).contains("--bike (a, b)"));
-        assert!(says("one", Some("b")).contains("it is of a"));
     }
 }

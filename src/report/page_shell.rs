@@ -17,6 +17,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("list.html", include_str!("../../reports/list.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("bike.html", include_str!("../../reports/bike.html")),
+    ("what_changed.html", include_str!("../../reports/what_changed.html")),
     ("bike_tables.html", include_str!("../../reports/bike_tables.html")),
     ("session.html", include_str!("../../reports/session.html")),
     ("laps.html", include_str!("../../reports/laps.html")),
@@ -65,10 +66,11 @@ pub(super) fn context(source: Source) -> Value {
     }
 }
 
-/// What a session's page is made of: its tables' own provenance, its diagnosis (page and causes), the bench values, the pages that it leads
-/// to, the templates. As the start of an HTML comment.
+/// What a session's page is made of: its tables' own provenance and how many `rows` of it they have, its diagnosis (page
+/// and causes), the bench values, the pages that it leads to, the templates. As the start of an HTML comment.
 pub(super) fn fingerprint(
     session: &SessionRow,
+    rows: &[usize],
     diagnosis: [&str; 2],
     bench: &str,
     links: [&str; 2],
@@ -78,6 +80,7 @@ pub(super) fn fingerprint(
     for part in [&provenance.input_hash, &provenance.pipeline_hash, &provenance.version] {
         hasher.update(part.as_bytes()).update(b"\n");
     }
+    rows.iter().for_each(|n| _ = hasher.update(format!("{n}\n").as_bytes()));
     hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     for link in diagnosis.into_iter().chain(links) {
         hasher.update(link.as_bytes()).update(b"\n");

@@ -132,6 +132,19 @@ impl SessionTables {
         })
     }
 
+    /// Number of rows of one session in each table. Their provenance is that of the session: only their absence is
+    /// news, as of a table that was damaged when a page was made.
+    pub(crate) fn counts(&self, session: &Ident) -> [usize; 6] {
+        [
+            self.manoeuvres.count(session),
+            self.plots.count(session),
+            self.laps.count(session),
+            self.lap_corners.count(session),
+            self.lap_points.count(session),
+            self.lap_trends.count(session),
+        ]
+    }
+
     /// One session's manoeuvres, by number.
     ///
     /// # Errors

@@ -63,6 +63,22 @@ def test_the_page_computes_what_the_program_exports(explored, browser):
             # slips and angles of the file have six decimals, on a stiffness of some ten per load
             for column, value, scale in zip(("Fx_N", "Fy_N", "Mx_Nm", "Mz_Nm"), outputs, (1, 1, 0.1, 0.1)):
                 assert value == pytest.approx(float(row[column]), abs=4e-5 * inputs[3] * scale), (row, column)
+        # the intervals too: the page has every fourth point of the charts' bands
+        reach = (
+            f"const t = {FIGURES}.tyres[arguments[0]], {{ along, across }} = document.getElementById('data').intervals;"
+            "return arguments[1].map(([s, a, g, l]) => s ? along(t, s, { gamma: g, load: l, mu: 1 }) : across(t, a, g, l, 1))"
+        )
+        known = [(r, i) for r, i in zip(rows, given, strict=True) if r["Fx_ci95_low_N"] or r["Fy_ci95_low_N"]]
+        assert len(known) > 300 and {r["table"] for r, _ in known} == {"longitudinal", "lateral"}
+        compared = 0
+        for (row, inputs), found in zip(known, browser.js(reach, place(browser, session, tyre), [i for _, i in known]), strict=True):
+            force = "Fx" if row["table"] == "longitudinal" else "Fy"
+            if found is None or (force == "Fx") != (inputs[0] != 0):
+                continue  # at the very end of a curve, whose place is rounded
+            y, low, high = (float(row[f"{force}{end}_N"]) for end in ("", "_ci95_low", "_ci95_high"))
+            assert found == pytest.approx([y - low, high - y], rel=0.1, abs=2e-4 * inputs[3]), (row, found)
+            compared += 1
+        assert compared > 0.9 * len(known), (compared, len(known))
 
 
 def test_the_bands_are_those_of_the_table(explored, browser):

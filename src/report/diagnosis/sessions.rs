@@ -113,8 +113,8 @@ impl Diagnosed {
     }
 
     /// What differs between the rides of each motorcycle.
-    pub(crate) fn motorcycles(&self) -> Vec<changes::Motorcycle> {
-        changes::motorcycles(&self.changes, |ident| self.page_of(ident))
+    pub(crate) fn changes(&self) -> &[ChangeRow] {
+        &self.changes
     }
 
     /// What the diagnoses say together, in sentences: shared causes first. Empty where nothing was diagnosed.

@@ -5,9 +5,8 @@ use serde::Serialize;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::report::charts::pack;
+use crate::report::export::curve_bands::{Curve, Curves};
 use crate::report::export::parameters;
-use crate::report::plots::fits::{FRICTION_X, K_ALPHA, K_GAMMA, STIFFNESS};
-use crate::report::plots::plot::{FIT, Plot, Series};
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
 use crate::tyre::paper::Input;
@@ -39,18 +38,19 @@ struct Band {
 }
 
 impl Band {
-    fn of(points: &[PlotPoint], plot: &Plot, series: &Series) -> Self {
-        let own: Vec<&PlotPoint> = points
-            .iter()
-            .filter(|p| p.plot == plot.name && p.series == series.name && p.y.is_some())
-            .collect();
+    /// Every so-many-th point of a curve, its last, and those beside zero, where a band of friction has a corner.
+    fn of(curve: &Curve) -> Self {
         let mut band = Band::default();
-        let last = own.len().saturating_sub(1);
-        for (_, p) in own.iter().enumerate().filter(|(i, _)| i % STEP == 0 || *i == last) {
-            band.x.push(short(p.x));
-            band.y.push(short(p.y.unwrap_or_default()));
-            band.low.push(p.y_low.map(short));
-            band.high.push(p.y_high.map(short));
+        let last = curve.x.len().saturating_sub(1);
+        let is_other_side =
+            |i: usize, j: usize| curve.x.get(j).is_some_and(|x| curve.x[i] * x <= 0.0);
+        let is_beside_zero = |i: usize| is_other_side(i, i + 1) || i > 0 && is_other_side(i, i - 1);
+        let is_kept = |i: &usize| i % STEP == 0 || *i == last || is_beside_zero(*i);
+        for i in (0..curve.x.len()).filter(is_kept) {
+            band.x.push(short(curve.x[i]));
+            band.y.push(short(curve.y[i]));
+            band.low.push(curve.low[i].map(short));
+            band.high.push(curve.high[i].map(short));
         }
         band
     }
@@ -99,8 +99,8 @@ pub(crate) struct Tyre<'a> {
     crown: Option<[f64; 2]>,
     /// Peak friction, likewise.
     peak: Option<[f64; 2]>,
-    /// Whether the slip of that peak is determined.
-    peak_slip: bool,
+    /// Whether the slip of that peak is determined; null where the session has no value of it, and the model a stand-in.
+    peak_slip: Option<bool>,
     /// Inputs and what the program's model answers.
     check: Vec<([f64; 5], [f64; 4])>,
 }
@@ -113,6 +113,7 @@ impl<'a> Tyre<'a> {
         points: &[PlotPoint],
     ) -> Self {
         let k = usize::from(row.tyre == Axle::Rear.name());
+        let curves = &Curves::of(points)[k];
         let ident = &row.ident;
         let date = ident.start_time.as_deref().map(number_format::timestamp);
         let date: String = date.unwrap_or_default().chars().take(10).collect();
@@ -148,16 +149,23 @@ impl<'a> Tyre<'a> {
                 load: [row.ridden_load_low, row.ridden_load_high],
             },
             bands: Bands {
-                friction: Band::of(points, &FRICTION_X[k], &FIT),
-                stiffness: Band::of(points, &STIFFNESS[k], &K_ALPHA),
-                camber: Band::of(points, &STIFFNESS[k], &K_GAMMA),
+                friction: Band::of(&curves.friction),
+                stiffness: Band::of(&curves.stiffness),
+                camber: Band::of(&curves.camber),
             },
             crown: sizes(C::OverturningStiffness),
             peak: sizes(C::MfD),
-            peak_slip: known(C::PeakSlip).is_some(),
+            peak_slip: is_determined(coefficients, &row.tyre, C::PeakSlip),
             check: checks(row),
         }
     }
+}
+
+/// Whether a session determines a coefficient of a tyre; none where it has no value.
+fn is_determined(coefficients: &[Coefficient], tyre: &str, asked: C) -> Option<bool> {
+    let own = |c: &&Coefficient| c.tyre == tyre && c.coefficient == asked.name();
+    let row = coefficients.iter().find(own).filter(|c| c.value.is_some())?;
+    Some(row.status == Status::Ok)
 }
 
 fn checks(row: &TyreParameters) -> Vec<([f64; 5], [f64; 4])> {
@@ -169,4 +177,26 @@ fn checks(row: &TyreParameters) -> Vec<([f64; 5], [f64; 4])> {
         ([slip_ratio, slip_angle, camber, load, friction], output)
     };
     CHECKS.into_iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A front tyre that was braked short of its peak: the model has a slip there, the ride has none.
+    #[test]
+    fn a_peak_that_was_not_reached_has_no_slip() {
+        let row = |status, value| Coefficient {
+            tyre: "front".into(),
+            coefficient: C::PeakSlip.name().into(),
+            status,
+            value,
+            ..Coefficient::default()
+        };
+        let of = |row: Coefficient| is_determined(&[row], "front", C::PeakSlip);
+        assert_eq!(of(row(Status::Ok, Some(0.2))), Some(true));
+        assert_eq!(of(row(Status::PoorlyDetermined, Some(0.2))), Some(false));
+        assert_eq!(of(row(Status::NotAvailable, None)), None);
+        assert_eq!(is_determined(&[row(Status::Ok, Some(0.2))], "rear", C::PeakSlip), None);
+    }
 }

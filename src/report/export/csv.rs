@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::curve_bands::ForceBands;
 use super::ends::{Ends, steps};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, effects_of};
+use crate::tyre::paper::Input;
 
 /// Effects that change nothing in the tables.
 const NO_COLUMN: [&str; 4] = ["rolling_speed", "radius_load", "radius_camber", "radius_speed"];
@@ -44,6 +46,13 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
     );
     comment("the side force over load that was ridden.");
+    comment(
+        "ci95: ends of the 95 % interval of Fx (longitudinal) and of Fy and Mx (lateral), as in the session's charts;",
+    );
+    comment(
+        "empty where it is not known: beyond what was ridden, at the friction circle, Mz, both forces together, and",
+    );
+    comment("of a tyre with effects of a diagnosis.");
     for line in tyres.iter().flat_map(Characterised::adjustment) {
         comment(&line);
     }
@@ -64,9 +73,16 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         ));
     }
     out.push_str(
-        "tyre,table,slip_ratio_1,slip_angle_rad,camber_rad,load_N,Fx_N,Fy_N,Mx_Nm,Mz_Nm,ridden\n",
+        "tyre,table,slip_ratio_1,slip_angle_rad,camber_rad,load_N,Fx_N,Fy_N,Mx_Nm,Mz_Nm,ridden,",
+    );
+    out.push_str(
+        "Fx_ci95_low_N,Fx_ci95_high_N,Fy_ci95_low_N,Fy_ci95_high_N,Mx_ci95_low_Nm,Mx_ci95_high_Nm\n",
     );
     for tyre in tyres {
+        let bands = ForceBands::new(fitted, tyre);
+        let along = |input: &Input| [bands.force_x(input), None, None];
+        let across = |input: &Input| [None, bands.force_y(input), bands.moment_x(input)];
+        let unknown = |_: &Input| [None; 3];
         let ends = Ends::of(tyre);
         let angle = [-ends.slip_angle, ends.slip_angle];
         let camber = [-ends.camber, ends.camber];
@@ -74,23 +90,35 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         let loads = steps(ends.load, n_load);
         if tyre.longitudinal {
             let slips = steps(ends.slip_ratio, n_slip);
-            rows(&mut out, tyre, "longitudinal", [&slips, &[0.0], &[0.0], &loads]);
+            let over = [&slips[..], &[0.0], &[0.0], &loads];
+            rows(&mut out, tyre, "longitudinal", over, along);
         }
         if tyre.lateral {
             let (angles, cambers) = (steps(angle, n_angle), steps(camber, n_camber));
-            rows(&mut out, tyre, "lateral", [&[0.0], &angles, &cambers, &loads]);
+            let over = [&[0.0], &angles[..], &cambers, &loads];
+            rows(&mut out, tyre, "lateral", over, across);
         }
         if tyre.longitudinal && tyre.lateral {
             let [n_slip, n_angle, n_camber, _] = COMBINED;
             let (slips, angles) = (steps(ends.slip_ratio, n_slip), steps(angle, n_angle));
             let cambers = steps(camber, n_camber);
-            rows(&mut out, tyre, "combined", [&slips, &angles, &cambers, &[tyre.load()]]);
+            let load = [tyre.load()];
+            rows(&mut out, tyre, "combined", [&slips, &angles, &cambers, &load], unknown);
         }
     }
     out
 }
 
-fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) {
+/// Ends of Fx, N, of Fy, N, and of Mx, N m.
+type Intervals = [Option<[f64; 2]>; 3];
+
+fn rows(
+    out: &mut String,
+    tyre: &Characterised,
+    table: &str,
+    over: [&[f64]; 4],
+    intervals: impl Fn(&Input) -> Intervals,
+) {
     let [slips, angles, cambers, loads] = over;
     for &load in loads {
         for &camber in cambers {
@@ -98,7 +126,7 @@ fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) 
                 for &slip in slips {
                     let input = tyre.input(slip, angle, camber, load);
                     let (o, ridden) = (tyre.forces(&input), u8::from(tyre.ridden(&input)));
-                    let _ = writeln!(
+                    let _ = write!(
                         out,
                         "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",
                         tyre.axle.name(),
@@ -107,6 +135,16 @@ fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) 
                         plain(o.moment_x),
                         plain(o.moment_z)
                     );
+                    for (ends, decimals) in intervals(&input).into_iter().zip([4, 4, 5]) {
+                        let _ = match ends {
+                            None => write!(out, ",,"),
+                            Some([low, high]) => {
+                                let (low, high) = (plain(low), plain(high));
+                                write!(out, ",{low:.decimals$},{high:.decimals$}")
+                            }
+                        };
+                    }
+                    out.push('\n');
                 }
             }
         }

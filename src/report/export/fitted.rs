@@ -6,12 +6,13 @@ use std::path::Path;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use super::curve_bands::Curves;
 use super::effects::{Named, Place};
 use super::ranges::Ranges;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::report::export::error::Error;
-use crate::report::tables;
+use crate::report::tables::{self, SessionTables};
 use crate::simulate::effects::models::Models;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status};
 
@@ -24,6 +25,8 @@ pub struct Fitted {
     pub coefficients: Vec<Coefficient>,
     /// What was ridden, front and rear: where the coefficients hold.
     pub ranges: [Ranges; 2],
+    /// The curves of its charts with their bands, front and rear.
+    pub curves: [Curves; 2],
     /// What a diagnosis named in it; none where none was asked.
     pub named: Vec<Named>,
 }
@@ -63,8 +66,11 @@ impl Fitted {
             .into_iter()
             .filter(|c| c.ident.key() == session.ident.key())
             .collect();
-        let ranges = Ranges::read(out, &session.ident)?;
-        Ok(Fitted { session, coefficients, ranges, named: Vec::new() })
+        let stored = SessionTables::read_one(out, &session.ident)?;
+        let points = stored.plots(&session.ident)?;
+        let ranges = Ranges::of(&stored.manoeuvres(&session.ident)?, &points);
+        let curves = Curves::of(&points);
+        Ok(Fitted { session, coefficients, ranges, curves, named: Vec::new() })
     }
 
     /// With what a diagnosis named in the session.
@@ -80,6 +86,11 @@ impl Fitted {
     /// What was ridden of one tyre.
     pub fn ridden(&self, axle: Axle) -> &Ranges {
         &self.ranges[usize::from(axle == Axle::Rear)]
+    }
+
+    /// The curves of one tyre's charts.
+    pub(crate) fn curves_of(&self, axle: Axle) -> &Curves {
+        &self.curves[usize::from(axle == Axle::Rear)]
     }
 
     /// A coefficient's row.

@@ -21,6 +21,7 @@ pub(crate) fn rows(
         session: session.clone(),
         coefficients: coefficients.to_vec(),
         ranges: Ranges::of(manoeuvres, plots),
+        curves: Default::default(),
         named: Vec::new(),
     };
     let setting = Setting { bike: Some(bike), ..Setting::default() };

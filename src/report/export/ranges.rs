@@ -4,18 +4,14 @@
 //! least half of the full weight), accelerations from the manoeuvres. Loads follow from the
 //! accelerations and the bike file.
 
-use std::path::Path;
-
 use serde::Serialize;
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::motorcycle::balance::{Lengths, front_load_line, pitching};
-use crate::report::error::Error;
 use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, SLIP_ANGLE, STIFFNESS};
 use crate::report::plots::plot::{DATA, Plot};
-use crate::report::tables::SessionTables;
-use crate::store::tables::rows::{Ident, Manoeuvre, PlotPoint};
+use crate::store::tables::rows::{Manoeuvre, PlotPoint};
 
 /// Least robust weight of a sample that counts as ridden.
 const COUNTS: f64 = 0.5;
@@ -53,15 +49,6 @@ pub struct Ranges {
 const STEP: usize = 10;
 
 impl Ranges {
-    /// Of both tyres of a session, from an output folder.
-    ///
-    /// # Errors
-    /// A table cannot be read.
-    pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
-        let tables = SessionTables::read(out)?;
-        Ok(Self::of(&tables.manoeuvres(ident)?, &tables.plots(ident)?))
-    }
-
     /// Of both tyres of a session.
     pub(crate) fn of(manoeuvres: &[Manoeuvre], points: &[PlotPoint]) -> [Self; 2] {
         let (mut acceleration, mut speed) = (None, None);

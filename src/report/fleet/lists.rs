@@ -1,54 +1,47 @@
-//! The long tables of the page over all sessions: what happened, and side force ratios.
+//! The long tables of the page over all sessions: what changed, and side force ratios.
 
-use crate::report::fleet::page::{Event, Link};
 use crate::report::fleet::ratios::Ratio;
+use crate::report::fleet::what_changed::entries::{Line, Shown};
+use crate::report::fleet::what_changed::motorcycle::Motorcycle;
 use crate::report::list::{self, Cell, List, Part, column, number};
-use crate::statistics::number_format;
+use crate::statistics::number_format::fixed;
 
-/// What happened.
-pub(crate) fn events<'a>(events: impl Iterator<Item = &'a Event>) -> List {
+/// What changed on every motorcycle, the surest first.
+pub(crate) fn changes(motorcycles: &[Motorcycle]) -> List {
+    let mut rows: Vec<(f64, Vec<Cell>)> = Vec::new();
+    for motorcycle in motorcycles {
+        for (entry, strength) in motorcycle.entries.iter().zip(&motorcycle.strengths) {
+            rows.push((*strength, change(motorcycle, entry, *strength)));
+        }
+    }
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
     List {
-        label: "Events",
+        label: "What changed",
         words: "bike, session, what",
         class: "events",
         table: "fleet_events",
         page: list::OTHERS,
         columns: vec![
             column("Bike", ""),
-            column("What", "judged"),
-            column("Sessions", ""),
-            number("Size", "size"),
-            number("Evidence", "evidence"),
-            column("Coefficients", "why"),
-            column("Reason", "why"),
+            column("Rides", ""),
+            column("What changed", "why"),
+            number("Size over its standard error", "size over its standard error"),
         ],
-        rows: events.map(event).collect(),
+        rows: rows.into_iter().map(|(_, cells)| cells).collect(),
     }
 }
 
-fn event(e: &Event) -> Vec<Cell> {
-    let to = |link: &Link| Part { class: "", text: link.name.clone(), href: link.href.clone() };
-    let mut sessions = vec![to(&e.first)];
-    if e.sessions > 1 {
-        sessions.extend([Part::new("", "to"), to(&e.last)]);
-    }
-    let mut count = number_format::count(usize::try_from(e.sessions).unwrap_or(0), "session");
-    if !e.when.is_empty() {
-        count = format!("{count}, {}", e.when);
-    }
-    sessions.push(Part::new("count", count));
-    let what = match e.tyre.is_empty() {
-        true => e.label.clone(),
-        false => format!("{}, {}", e.label, e.tyre),
+fn change(of: &Motorcycle, entry: &Shown, strength: f64) -> Vec<Cell> {
+    let place = Part { class: "", text: entry.place.clone(), href: entry.page.clone() };
+    let line = |l: &Line| {
+        ("way", vec![Part::new("", format!("{}.", l.sentence)), Part::new("seen", l.way)])
     };
+    let strength = fixed(strength, 1);
     vec![
-        Cell::Text(e.bike.clone()),
-        Cell::Text(what),
-        Cell::Lines { lines: vec![("", sessions)] },
-        Cell::Text(e.size.clone()),
-        Cell::Text(format!("{} σ", e.evidence)),
-        Cell::Text(e.coefficients.clone()),
-        Cell::Text(e.reason.clone()),
+        Cell::page(&of.bike_id, &of.page, true),
+        Cell::Lines { lines: vec![("", vec![place])] },
+        Cell::Lines { lines: entry.lines.iter().map(line).collect() },
+        Cell::Text(strength),
     ]
 }
 

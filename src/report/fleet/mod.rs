@@ -1,4 +1,4 @@
-//! The page over all sessions.
+//! The page over all sessions, and what changed on each motorcycle.
 
 pub(crate) mod comparison;
 pub(crate) mod event_kind;
@@ -8,4 +8,5 @@ pub(crate) mod page;
 pub(crate) mod ratios;
 pub(crate) mod tables;
 pub(crate) mod tyres;
+pub(crate) mod what_changed;
 pub(crate) mod write;

@@ -7,7 +7,6 @@ use crate::report::charts::chart::Chart;
 use crate::report::fleet::comparison::{self, Compared};
 use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::{event_kind, history, ratios};
-use crate::report::labels;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::EventRow;
 
@@ -33,29 +32,16 @@ pub(crate) struct Page {
     pub ratios: Option<(Vec<ratios::Ratio>, String)>,
 }
 
-/// A link to a session's page.
+/// One line of the summary's list of events.
 #[derive(Debug)]
-pub(crate) struct Link {
-    /// Its page; empty where it has none.
-    pub href: String,
-    /// Id of the session.
-    pub name: String,
-}
-
-/// One line of the list of events.
-#[derive(Debug)]
-#[allow(missing_docs)] // headings of the table in the template
+#[allow(missing_docs)] // headings of the table
 pub(crate) struct Event {
     pub bike: String,
     pub label: String,
     pub tyre: String,
-    pub coefficients: String,
-    pub first: Link,
-    pub last: Link,
-    pub when: String,
+    pub first: String,
     pub sessions: i64,
     pub size: String,
-    pub evidence: String,
     pub reason: String,
 }
 
@@ -86,7 +72,7 @@ pub(crate) fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
         bikes: bikes.len(),
         verdict,
         sub,
-        events: events.iter().map(|e| event(fleet, e)).collect(),
+        events: events.iter().map(event).collect(),
         tyres: comparison::by_tyre(fleet, bikes.len() <= comparison::ALL),
         more,
         ratios: None,
@@ -94,35 +80,18 @@ pub(crate) fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
     (page, charts)
 }
 
-fn event(fleet: &FleetTables<'_>, e: &EventRow) -> Event {
+fn event(e: &EventRow) -> Event {
     Event {
         bike: e.bike_id.clone(),
         label: event_kind::label(&e.kind).to_owned(),
         tyre: e.tyre.clone(),
-        coefficients: e
-            .coefficients
-            .split(", ")
-            .map(|c| match c.split_once(' ') {
-                Some((tyre, name)) => format!("{tyre} {}", labels::coefficient(name)),
-                None => c.to_owned(),
-            })
-            .collect::<Vec<_>>()
-            .join("; "),
-        first: link(fleet, &e.bike_id, &e.first_session),
-        last: link(fleet, &e.bike_id, &e.last_session),
-        when: e.first_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
+        first: e.first_session.clone(),
         sessions: e.n_sessions,
         size: e
             .size
             .map(|s| format!("{}{} %", if s > 0.0 { "+" } else { "" }, fixed(100.0 * s, 1)))
             .map(|s| typeset(&s))
             .unwrap_or_default(),
-        evidence: fixed(e.evidence.abs(), 1),
         reason: e.reason.clone(),
     }
-}
-
-fn link(fleet: &FleetTables<'_>, bike: &str, session: &str) -> Link {
-    let href = fleet.place(bike, session).map(|i| fleet.pages[i].clone()).unwrap_or_default();
-    Link { href, name: session.to_owned() }
 }

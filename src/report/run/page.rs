@@ -83,7 +83,7 @@ pub(crate) fn build(
         verdict: format!(
             "{} of {} processed; {} rejected; {}.",
             sessions.len(),
-            number_format::count(inputs, "session"),
+            number_format::count(inputs, "log"),
             rejected.len(),
             number_format::count(warnings.len(), "warning")
         ),

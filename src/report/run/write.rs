@@ -1,5 +1,6 @@
 //! Writing the page of the run, that of the fleet, and those of the bikes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use minijinja::value::Serde;
@@ -9,8 +10,10 @@ use rayon::prelude::*;
 use crate::report::assets::{INDEX_SCRIPT, Source};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
-use crate::report::fleet::page::Event;
-use crate::report::fleet::{self, page::PAGE};
+use crate::report::fleet;
+use crate::report::fleet::page::PAGE;
+use crate::report::fleet::tables::FleetTables;
+use crate::report::fleet::what_changed::motorcycle::{Motorcycle, Sources};
 use crate::report::run::bikes::{BikePart, of_bike};
 use crate::report::run::page::Page;
 use crate::report::run::{lists, notable, page};
@@ -22,6 +25,8 @@ use crate::store::tables::{file, read};
 
 /// Bikes up to which their coefficients stand on the run's page itself.
 const INLINE: usize = 4;
+/// Motorcycles that changed, and that did not, which the run's page lists.
+const CHANGED: usize = 12;
 
 /// All that these pages are made from.
 pub(crate) struct Writer<'a> {
@@ -49,69 +54,106 @@ impl Writer<'_> {
             entry.there = !there.is_empty();
         }
         page.diagnoses = self.diagnosed.entries();
-        let mut own = Vec::new();
-        let mut events = Vec::new();
-        if !fleet.is_empty() && !page.sessions.is_empty() {
-            let sessions = &self.tables.sessions;
-            events = fleet::write::write(self.out, self.environment, sessions, self.pages)?;
-            page.fleet = Some(events.len());
-            own.push(PAGE.to_owned());
-        }
+        let events = fleet::tables::events(self.out)?;
+        let sessions = &self.tables.sessions;
+        let histories = fleet::tables::histories(self.out, sessions)?;
+        let of_run = (&fleet[..], &events[..], &histories);
+        let sources = Sources::read(self.out, (sessions, self.pages), self.diagnosed, of_run)?;
+        let mut changed = sources.motorcycles();
         page.explorer =
             explorer::write::write(self.out, self.environment, self.tables, self.bench)?;
+        page.fleet = (!fleet.is_empty() && !sessions.is_empty()).then_some(events.len());
+        let bikes = self.bikes(&page, &sources, &changed)?;
+        let name_of: BTreeMap<&str, &str> =
+            bikes.iter().map(|(id, name)| (id.as_str(), name.as_str())).collect();
+        for motorcycle in &mut changed {
+            let page = name_of.get(motorcycle.bike_id.as_str());
+            motorcycle.page = page.copied().unwrap_or_default().to_owned();
+        }
+        let mut own: Vec<String> = bikes.iter().map(|(_, name)| name.clone()).collect();
+        if page.fleet.is_some() {
+            let (rows, events, histories) = (&fleet, &events, &histories);
+            let tables = FleetTables { sessions, pages: self.pages, rows, events, histories };
+            fleet::write::write(self.out, self.environment, &tables, &changed)?;
+            own.push(PAGE.to_owned());
+        }
         if page.explorer {
             own.push(explorer::PAGE.to_owned());
         }
-        let bikes = self.bikes(&page, &events)?;
-        self.index(page, &bikes, &events)?;
-        own.extend(bikes);
+        self.index(page, &changed, &name_of)?;
         Ok(own)
     }
 
-    /// Writes the bikes' pages where there are too many for the run's; their names.
-    fn bikes(&self, page: &Page, events: &[Event]) -> Result<Vec<String>, Error> {
-        if page.bikes.len() <= INLINE {
-            return Ok(Vec::new());
-        }
-        let ids = page.bikes.iter().map(|b| b.bike_id.as_str());
+    /// Writes the page of each motorcycle of which something can be said, and of all where they are too many for the run's; each
+    /// id with the name of its page.
+    fn bikes(
+        &self,
+        page: &Page,
+        sources: &Sources<'_>,
+        changed: &[Motorcycle],
+    ) -> Result<Vec<(String, String)>, Error> {
+        let is_changed = |id: &str| changed.iter().any(|m| m.bike_id == id);
+        let is_many = page.bikes.len() > INLINE;
+        let of_run = page.bikes.iter().filter(|b| is_many || is_changed(&b.bike_id));
+        let mut ids: Vec<&str> = of_run.map(|b| b.bike_id.as_str()).collect();
+        let is_of_run = |id: &str| page.bikes.iter().any(|b| b.bike_id == id);
+        // of those that are diagnosed only
+        ids.extend(changed.iter().map(|m| m.bike_id.as_str()).filter(|id| !is_of_run(id)));
         let taken = self.names.iter().map(String::as_str).chain(self.diagnosed.pages());
-        let names = page_names::bikes(ids, taken);
-        page.bikes.par_iter().zip(&names).try_for_each(|(bike, name)| {
-            let sessions = of_bike(&page.sessions, &bike.bike_id, |s| &s.bike_id);
-            let events: Vec<&Event> = events.iter().filter(|e| e.bike == bike.bike_id).collect();
-            let count = events.len();
-            let events = match count {
-                0 => None,
-                _ => Some(fleet::lists::events(events.into_iter()).shown()?),
-            };
+        let names = page_names::bikes(ids.iter().copied(), taken);
+        ids.par_iter().zip(&names).try_for_each(|(id, name)| {
+            let own = page.bikes.iter().find(|b| b.bike_id == *id);
+            let sessions = of_bike(&page.sessions, id, |s| &s.bike_id);
+            let diagnosed_only = BikePart { bike_id: (*id).to_owned(), ..BikePart::default() };
             let html = self.environment.get_template("bike.html")?.render(context! {
-                bike => Serde(bike),
+                bike => Serde(own.unwrap_or(&diagnosed_only)),
                 fleet => page.fleet.is_some(),
                 explorer => page.explorer,
-                count => count,
-                events => Serde(events),
-                sessions => Serde(lists::sessions(sessions).shown()?),
+                changed => Serde(changed.iter().find(|m| m.bike_id == *id)),
+                lines => Serde(sources.lines(id)),
+                sessions => Serde(match sessions.is_empty() {
+                    true => None,
+                    false => Some(lists::sessions(sessions).shown()?),
+                }),
                 ..self.context()
             })?;
             Ok::<(), Error>(self.put(name, &html)?)
         })?;
-        Ok(names)
+        Ok(ids.into_iter().map(str::to_owned).zip(names).collect())
     }
 
     /// Writes the run's page.
-    fn index(&self, page: Page, bikes: &[String], events: &[Event]) -> Result<(), Error> {
-        let listed = match bikes.is_empty() {
-            true => None,
-            false => {
-                let of = |id: &str| events.iter().filter(|e| e.bike == id).count();
-                Some(notable::list(&page.bikes, bikes, of).shown()?)
+    fn index(
+        &self,
+        page: Page,
+        changed: &[Motorcycle],
+        name_of: &BTreeMap<&str, &str>,
+    ) -> Result<(), Error> {
+        let is_many = page.bikes.len() > INLINE;
+        let listed = match is_many {
+            false => None,
+            true => {
+                let of = |id: &str| {
+                    changed.iter().find(|m| m.bike_id == id).map_or(0, |m| m.entries.len())
+                };
+                let pages: Vec<String> = page
+                    .bikes
+                    .iter()
+                    .map(|b| {
+                        name_of.get(b.bike_id.as_str()).copied().unwrap_or_default().to_owned()
+                    })
+                    .collect();
+                Some(notable::list(&page.bikes, &pages, of).shown()?)
             }
         };
-        let inline: &[BikePart] = if bikes.is_empty() { &page.bikes } else { &[] };
+        let inline: &[BikePart] = if is_many { &[] } else { &page.bikes };
         let list = |list: crate::report::list::List| match list.rows.is_empty() {
             true => Ok(None),
             false => list.shown().map(Some),
         };
+        let (different, same): (Vec<&Motorcycle>, Vec<&Motorcycle>) =
+            changed.iter().partition(|m| !m.entries.is_empty());
+        let shown = &different[..different.len().min(CHANGED)];
         let html = self.environment.get_template("run.html")?.render(context! {
             run => context! {
                 inputs => page.inputs,
@@ -124,7 +166,11 @@ impl Writer<'_> {
             },
             bikes => Serde(inline),
             listed => Serde(listed),
-            changed => Serde(self.diagnosed.motorcycles()),
+            changed => changed.len(),
+            different => Serde(shown),
+            more_different => different.len() - shown.len(),
+            same => Serde(&same[..same.len().min(CHANGED)]),
+            more_same => same.len().saturating_sub(CHANGED),
             found => self.diagnosed.answer(),
             diagnoses => Serde(list(lists::diagnoses(&page.diagnoses))?),
             sessions => Serde(list(lists::sessions(&page.sessions))?),

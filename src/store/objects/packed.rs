@@ -2,7 +2,7 @@
 //! knows of it.
 
 use std::cell::RefCell;
-use std::io::{Error, ErrorKind, Read, Result};
+use std::io::{Cursor, Error, ErrorKind, Read, Result};
 use std::time::SystemTime;
 
 use bytes::Bytes;
@@ -48,7 +48,17 @@ pub(crate) fn unpacked(log: &Location, stat: &Stat, packed: impl Read) -> Result
     }
     // not two of them at once
     forget();
-    let unpacked = if log.is_named("gz") {
+    let mut packed = packed;
+    let mut head = Vec::with_capacity(4);
+    packed.by_ref().take(4).read_to_end(&mut head)?;
+    let text =
+        head.len() == 4 && !head.iter().any(|b| b.is_ascii_control() && !b"\t\r\n".contains(b));
+    let (gz, zst) = (head.starts_with(&[0x1f, 0x8b]), head.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]));
+    let packed = Cursor::new(head).chain(packed);
+    let unpacked = if text && !gz && !zst {
+        // a download that was unpacked on its way and kept its name
+        read(packed)?
+    } else if log.is_named("gz") {
         // several members one after the other are one log: it was added to
         read(flate2::read::MultiGzDecoder::new(packed))?
     } else {
@@ -107,7 +117,9 @@ mod tests {
         let cut = of("a3.csv.gz", &packed[..packed.len() / 2]).expect("a half");
         assert!(cut.broken.is_some() && text.starts_with(&cut.bytes) && cut.bytes.len() > 50_000);
         assert!(of("a4.csv.gz", b"\x1f\x8b").is_err());
-        assert!(of("a5.csv.gz", b"time,velocity_x\n").is_err());
+        let plain = of("a5.csv.gz", b"time,velocity_x\n").expect("not packed in spite of its name");
+        assert_eq!((&plain.bytes[..], plain.broken.is_none()), (&b"time,velocity_x\n"[..], true));
+        assert!(of("a6.csv.gz", b"PK\x03\x04 and more").is_err());
         let zst = zstd::bulk::compress(&text, 1).expect("in memory");
         let whole = of("a.csv.zst", &zst).expect("whole");
         assert_eq!((&whole.bytes[..], whole.broken.is_none()), (&text[..], true));

@@ -125,6 +125,13 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
         self.places.keys().map(|(bike, session)| (bike.as_str(), session.as_str()))
     }
 
+    /// Number of one session's rows.
+    pub(crate) fn count(&self, session: &Ident) -> usize {
+        let (bike, id) = session.key();
+        let places = self.places.get(&(bike.to_owned(), id.to_owned()));
+        places.into_iter().flatten().map(|(_, rows)| rows.len()).sum()
+    }
+
     /// One session's rows, in file order; none where no file holds the session.
     ///
     /// # Errors
@@ -176,5 +183,6 @@ mod tests {
             rows.iter().map(|m| m.manoeuvre_id).collect()
         };
         assert_eq!((ids("s"), ids("t"), ids("u")), (vec![1, 3], vec![2, 4], vec![]));
+        assert_eq!(["s", "t", "u"].map(|session| files.count(&ident(session))), [2, 2, 0]);
     }
 }

@@ -1,0 +1,116 @@
+//! One list of what changed on a motorcycle, in order of time. An event and a change of the same rides and a related quantity
+//! are one entry with both evidences.
+
+use serde::Serialize;
+
+use crate::report::fleet::what_changed::evidence::{Evidence, Way};
+use crate::report::fleet::what_changed::related::are_related;
+use crate::report::fleet::what_changed::rides::Rides;
+use crate::statistics::number_format::typeset_sentence;
+use crate::store::tables::changes::{is_change, place};
+use crate::store::tables::rows::{ChangeRow, EventRow};
+
+/// Rides by which two ways may be apart in where a change begins and ends.
+const APART: usize = 1;
+
+/// Something that changed.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    /// What each way says of it: the comparison of rides first.
+    pub evidence: Vec<Evidence>,
+}
+
+impl Entry {
+    /// Which rides.
+    pub(crate) fn place(&self) -> String {
+        self.evidence.first().map(|e| place(&e.row)).unwrap_or_default()
+    }
+
+    /// The largest size over its standard error.
+    pub(crate) fn strength(&self) -> f64 {
+        self.evidence.iter().map(Evidence::strength).fold(0.0, f64::max)
+    }
+
+    /// As a page shows it.
+    pub(crate) fn shown(&self, rides: &Rides) -> Shown {
+        let first = self.evidence.first().and_then(|e| rides.place(&e.row.ident.session_id));
+        let line = |e: &Evidence| Line {
+            sentence: typeset_sentence(&e.row.sentence),
+            way: e.way.words(),
+            detail: e.detail.clone(),
+        };
+        Shown {
+            place: self.place(),
+            page: first.map(|i| rides.rides[i].page.clone()).unwrap_or_default(),
+            lines: self.evidence.iter().map(line).collect(),
+        }
+    }
+}
+
+/// An entry as a page shows it.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // parts of the line in the template
+pub(crate) struct Shown {
+    pub place: String,
+    pub page: String,
+    pub lines: Vec<Line>,
+}
+
+/// What one way says of it.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // parts of the line in the template
+pub(crate) struct Line {
+    pub sentence: String,
+    pub way: &'static str,
+    pub detail: String,
+}
+
+/// What changed on one motorcycle, in order of the first ride that differs; of one ride the longest change comes first, then
+/// the surest.
+pub(crate) fn entries(changes: &[ChangeRow], events: &[EventRow], rides: &Rides) -> Vec<Entry> {
+    let mut all: Vec<Entry> =
+        events.iter().map(|e| Entry { evidence: vec![Evidence::of_event(e, rides)] }).collect();
+    for row in changes.iter().filter(|r| is_change(r)) {
+        let change = Evidence::of_change(row, rides);
+        let is_same = |entry: &&mut Entry| {
+            let event = entry.evidence.iter().find(|e| e.way == Way::Coefficients);
+            event.is_some_and(|event| {
+                is_same_time(&change, event) && are_related(&change.quantities, &event.quantities)
+            })
+        };
+        match all.iter_mut().find(is_same) {
+            Some(entry) => entry.evidence.push(change),
+            None => all.push(Entry { evidence: vec![change] }),
+        }
+    }
+    for entry in &mut all {
+        entry
+            .evidence
+            .sort_by(|a, b| a.way.cmp(&b.way).then_with(|| b.strength().total_cmp(&a.strength())));
+    }
+    let key = |entry: &Entry| {
+        let members = entry.evidence.first().map(|e| &e.members[..]).unwrap_or_default();
+        let first = members.iter().position(|m| *m).unwrap_or(usize::MAX);
+        (first, std::cmp::Reverse(members.iter().filter(|m| **m).count()))
+    };
+    all.sort_by(|a, b| key(a).cmp(&key(b)).then_with(|| b.strength().total_cmp(&a.strength())));
+    all
+}
+
+/// Whether two ways say something of the same rides: a drift of both, the same single ride, or rides that begin and end alike.
+fn is_same_time(change: &Evidence, event: &Evidence) -> bool {
+    let is = |e: &Evidence, kind: &str| e.row.rides == kind;
+    for kind in ["drift", "ride"] {
+        if is(change, kind) || is(event, kind) {
+            return is(change, kind) && is(event, kind) && change.members == event.members;
+        }
+    }
+    let ends = |e: &Evidence| {
+        let first = e.members.iter().position(|m| *m);
+        first.zip(e.members.iter().rposition(|m| *m))
+    };
+    let (Some(a), Some(b)) = (ends(change), ends(event)) else { return false };
+    // rides of a rider who rides now and then are no stretch
+    let differ = change.members.iter().zip(&event.members).filter(|(a, b)| a != b).count();
+    a.0.abs_diff(b.0) <= APART && a.1.abs_diff(b.1) <= APART && differ <= 2 * APART
+}
