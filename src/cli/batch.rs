@@ -20,6 +20,7 @@ use crate::cli::location::location;
 use crate::cli::{log, say};
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
+use crate::statistics::number_format;
 use crate::store::objects::Location;
 use crate::store::objects::counts;
 use crate::store::objects::counts::Counts;
@@ -264,8 +265,8 @@ pub(crate) fn dry_run(given: &Given, work: &impl Work) -> Result<(), Failure> {
         out.push_str(&format!("{what:8} {}: {}\n", i.log, i.why));
     }
     out.push_str(&format!(
-        "{} logs: {} to compute, {} unchanged, {} to reject; nothing was written\n",
-        all.len(),
+        "{}: {} to compute, {} unchanged, {} to reject; nothing was written\n",
+        number_format::count(all.len(), "log"),
         count(State::Done),
         count(State::Unchanged),
         count(State::Rejected)
@@ -313,7 +314,8 @@ pub(crate) fn rejected(accounts: &Accounts) -> Result<(), Failure> {
 
 /// Says that nothing had to be done.
 pub(crate) fn print_unchanged(accounts: &Accounts, out: &Location) {
-    print(&format!("{} sessions, nothing has changed in {out}\n", accounts.inputs));
+    let logs = number_format::count(accounts.inputs, "log");
+    print(&format!("{logs}, nothing has changed in {out}\n"));
 }
 
 /// Logs what the batch did, and the requests to object stores, where there were any.

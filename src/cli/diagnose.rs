@@ -18,6 +18,7 @@ use crate::cli::batch::{
     stopped,
 };
 use crate::cli::failure::Failure;
+use crate::cli::json;
 use crate::cli::progress::Progress;
 use crate::cli::say;
 use crate::diagnose::reference::words as changes;
@@ -118,7 +119,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     match format {
         Format::None => {}
         Format::Json => {
-            over_all.changes.iter().for_each(|row| print(&json("changes", row)));
+            over_all.changes.iter().for_each(|row| print(&json::line("changes", row)));
         }
         Format::Words => print(&terminal::wrapped(
             &changes::of_motorcycles(&over_all.changes),
@@ -150,7 +151,7 @@ fn print_against(store: &Store, text: &str, format: Format) -> Result<(), Failur
         Format::None => {}
         Format::Json => {
             let rows = found.iter().flat_map(|bike| &bike.changes);
-            rows.for_each(|row| print(&json("against", row)));
+            rows.for_each(|row| print(&json::line("against", row)));
         }
         Format::Words => {
             let mut said = String::new();
@@ -190,7 +191,7 @@ impl Format {
     fn session(self, verdict: &Verdict) -> String {
         match self {
             Format::None => String::new(),
-            Format::Json => verdict.causes.iter().map(|row| json("causes", row)).collect(),
+            Format::Json => verdict.causes.iter().map(|row| json::line("causes", row)).collect(),
             // without fault-free simulations there is none
             Format::Words if verdict.summary.is_empty() => String::new(),
             Format::Words => terminal::wrapped(&verdict.summary, say::line_width()),
@@ -201,24 +202,12 @@ impl Format {
     fn pooled(self, row: &CauseRow) -> String {
         match self {
             Format::None => String::new(),
-            Format::Json => json("causes", row),
+            Format::Json => json::line("causes", row),
             Format::Words => summary::pooled(row)
                 .map(|text| terminal::wrapped(&text, say::line_width()))
                 .unwrap_or_default(),
         }
     }
-}
-
-/// A row of a table as a line.
-fn json(table: &str, row: &impl serde::Serialize) -> String {
-    #[derive(serde::Serialize)]
-    struct Line<'a, R> {
-        table: &'a str,
-        #[serde(flatten)]
-        row: &'a R,
-    }
-    // a row of texts and numbers can always be written
-    serde_json::to_string(&Line { table, row }).map(|text| text + "\n").unwrap_or_default()
 }
 
 /// Progress, and each session's verdict in order of path.

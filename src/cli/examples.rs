@@ -28,6 +28,13 @@ Examples:
   roadbench diagnose ride.parquet --bikes bikes -o out
   roadbench diagnose fixtures/archive -o out --advise --json";
 
+/// Of `show`.
+pub(crate) const SHOW: &str = "\
+Examples:
+  roadbench show out                            the list of sessions
+  roadbench show out --session archive_s0001    what this one gave
+  roadbench show out --session archive_s0001 --json";
+
 /// Of `compare`.
 pub(crate) const COMPARE: &str = "\
 Examples:

@@ -31,6 +31,7 @@ pub(crate) mod failure;
 pub(crate) mod forget;
 pub(crate) mod inspect;
 pub(crate) mod inspect_source;
+mod json;
 mod location;
 mod log;
 pub(crate) mod logging;
@@ -46,6 +47,7 @@ pub(crate) mod run;
 pub(crate) mod say;
 pub(crate) mod schema;
 pub(crate) mod shell;
+pub(crate) mod show;
 pub(crate) mod simulate;
 mod steps;
 pub(crate) mod tyre;
@@ -92,7 +94,7 @@ const GLOBAL: &str = "Global options";
 
 /// The commands as `--help` lists them. One that is in no group is not listed, and a test fails.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Analyse", &["run", "diagnose", "compare", "report", "export"]),
+    ("Analyse", &["run", "diagnose", "show", "compare", "report", "export"]),
     ("Prepare", &["inspect", "map", "convert", "bike"]),
     ("Simulate", &["demo", "plan", "simulate", "replay", "modes", "tyre"]),
     ("Maintain", &["verify", "forget", "schema", "completions", "man"]),
@@ -104,6 +106,8 @@ enum Command {
     Run(run::Arguments),
     #[command(after_help = examples::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
+    #[command(after_help = examples::SHOW)]
+    Show(show::Arguments),
     #[command(after_help = examples::COMPARE)]
     Compare(compare::Arguments),
     #[command(after_help = examples::PLAN)]
@@ -194,6 +198,7 @@ fn commanded(arguments: &[OsString]) -> u8 {
     let command = || match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
+        Command::Show(a) => show::run(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Plan(a) => plan::run(&a, bar),
         Command::Simulate(a) => simulate::run(a, bar),

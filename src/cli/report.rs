@@ -203,7 +203,8 @@ fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
     })
 }
 
-fn failure(e: Error) -> Failure {
+/// What is wrong with a report, by kind.
+pub(super) fn failure(e: Error) -> Failure {
     match e {
         Error::NotAnOutput { .. } | Error::Read(_) | Error::NoSession(_) => {
             Failure::Usage(e.to_string())

@@ -27,6 +27,7 @@ use crate::cli::progress::Progress;
 use crate::cli::report::{Copies, Pages};
 use crate::cli::say;
 use crate::pipeline::{Outcome, Pipeline};
+use crate::report::session::printed::Printed;
 use crate::report::{self, terminal};
 use crate::store::objects::Location;
 use crate::store::tables::output::Outputs;
@@ -147,16 +148,17 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     if !arguments.batch.is_quiet() {
         match watch.only() {
             Some(only) => {
-                print(&terminal::summary(
-                    &only.session,
-                    &only.coefficients,
-                    &only.warnings,
-                    say::width(),
-                ));
-                print(&report::session::laps::terminal(&only.laps.laps));
-                print(&report::session::lap_trends::terminal(&only.laps.trends));
-                print(&terminal::costs(&only.costs, say::width()));
-                print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
+                let printed = Printed {
+                    session: &only.session,
+                    coefficients: &only.coefficients,
+                    warnings: &only.warnings,
+                    laps: &only.laps.laps,
+                    trends: &only.laps.trends,
+                    costs: &only.costs,
+                    forces: &only.forces,
+                    manoeuvres: &only.manoeuvres,
+                };
+                print(&printed.text(say::width()));
             }
             None => {
                 print(&overview(&accounts, copy.folder(), start.elapsed().as_secs_f64())?);
@@ -228,11 +230,13 @@ fn overview(accounts: &Accounts, out: &Path, seconds: f64) -> Result<String, Fai
         accounts.sessions.contains(&Key::new(&ident.bike_id, &ident.session_id))
     };
     let mut sessions = report::tables::sessions(out)?;
+    let all = sessions.len();
     sessions.retain(|s| ours(&s.ident));
+    let elsewhere = all - sessions.len();
     let mut coefficients = report::tables::coefficients(out)?;
     coefficients.retain(|c| ours(&c.ident));
     let mut warnings = report::tables::warnings(out)?;
     warnings.retain(|w| ours(&w.ident));
     let (rejected, layout) = (&accounts.rejected, (seconds, say::width()));
-    Ok(terminal::batch_summary(&sessions, &coefficients, rejected, &warnings, layout))
+    Ok(terminal::batch_summary(&sessions, &coefficients, rejected, &warnings, elsewhere, layout))
 }

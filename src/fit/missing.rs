@@ -7,11 +7,14 @@ use crate::contract::coefficient::{Coefficient as C, Id};
 use crate::contract::schema::Key;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::t95;
+use crate::store::tables::rows::Coefficient;
 
 /// Most keys that are named.
 const MOST: usize = 3;
 /// A key is named from this widening of an interval on.
 const LEAST: f64 = 1.2;
+/// Half of an interval over its value: what is wider with an exact key is unknown either way, and the key no cost.
+const USEFUL: f64 = 1.0;
 
 /// What one key costs that the bike file does not have, or gives with an uncertainty.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,15 +48,31 @@ fn percent(share: f64) -> String {
     if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") }
 }
 
-/// The keys whose want or uncertainty costs most, at most three, the most costly first.
+/// The keys whose want or uncertainty costs most, at most three, the most costly first; of all that was fitted.
 pub(crate) fn costs(solution: &Solution) -> Vec<Cost> {
+    costs_where(solution, |_| true)
+}
+
+/// The same, of coefficients that the session's table has as they were fitted.
+pub(crate) fn costs_of_rows(solution: &Solution, rows: &[Coefficient]) -> Vec<Cost> {
+    costs_where(solution, |id| is_stated(rows, id, solution.found.values[id]))
+}
+
+/// Whether the table has a value, and that is the fitted one: what another fit gave has other errors.
+fn is_stated(rows: &[Coefficient], id: Id, fitted: f64) -> bool {
+    let row = rows.iter().find(|r| Id::from_names(&r.tyre, &r.coefficient) == Some(id));
+    let value = row.and_then(|r| r.value);
+    value.is_some_and(|value| (value - fitted).abs() <= 1e-9 * value.abs())
+}
+
+fn costs_where(solution: &Solution, is_asked: impl Fn(Id) -> bool) -> Vec<Cost> {
     let declared: &[Key] = &bike::schema().keys;
     let is_key = |u: &&Upstream| declared.iter().any(|k| k.path == u.source.name);
     let mut keys: Vec<&str> =
         solution.upstream.iter().filter(is_key).map(|u| leaf(&u.source.name)).collect();
     keys.sort_unstable();
     keys.dedup();
-    let widths = widths(solution);
+    let widths = widths(solution, is_asked);
     let of_key =
         |key: &str| cost(solution, &widths, key, declared.iter().find(|k| leaf(&k.path) == key)?);
     let mut costs: Vec<Cost> = keys.into_iter().filter_map(of_key).collect();
@@ -77,8 +96,8 @@ struct Width {
     relative: f64,
 }
 
-/// Of every coefficient that was fitted, but for those that may well be zero: they have no relative width.
-fn widths(solution: &Solution) -> Vec<Width> {
+/// Of every coefficient that was fitted and is asked for, but for those that may well be zero: they have no relative width.
+fn widths(solution: &Solution, is_asked: impl Fn(Id) -> bool) -> Vec<Width> {
     let sized =
         |id: &Id| !matches!(id.coefficient, C::MfE1 | C::MfE2 | C::SlipCamberC1 | C::SlipCamberC3);
     let all: Vec<&Upstream> = solution.upstream.iter().collect();
@@ -91,7 +110,7 @@ fn widths(solution: &Solution) -> Vec<Width> {
         let relative = relative(solution, id, &estimate);
         relative.is_finite().then_some(Width { id, own, estimate, relative })
     };
-    Id::onroad().filter(sized).filter_map(width).collect()
+    Id::onroad().filter(sized).filter(|id| is_asked(*id)).filter_map(width).collect()
 }
 
 /// The coefficient that a key widens most; `None` where it widens none enough.
@@ -105,13 +124,18 @@ fn cost(solution: &Solution, widths: &[Width], key: &str, declared: &Key) -> Opt
             return None;
         }
         let without = relative(solution, with.id, &without);
-        (with.relative > LEAST * without).then_some((with.id, with.relative, without))
+        is_cost(with.relative, without).then_some((with.id, with.relative, without))
     });
     let (id, relative, relative_without) =
         widened.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
     let given = solution.upstream.iter().filter(of_key).all(|u| u.missing.is_none());
     let remedy = declared.remedy.clone().unwrap_or_else(|| "measure it".to_owned());
     Some(Cost { key: key.to_owned(), id, relative, relative_without, given, remedy })
+}
+
+/// Whether a coefficient would be known, and better, if the key were exact.
+fn is_cost(with: f64, without: f64) -> bool {
+    with > LEAST * without && without < USEFUL
 }
 
 /// Half of a 95 % interval over the value.
@@ -141,5 +165,24 @@ mod tests {
         assert_eq!(uncertain, want.replace("not given", "is uncertain"));
         assert_eq!(leaf("rear.wheel_inertia"), "wheel_inertia");
         assert_eq!(leaf("trail"), "trail");
+    }
+
+    /// A rear tyre that was hardly braked: the table has no value, and no key would have given one.
+    #[test]
+    fn what_has_no_value_costs_nothing() {
+        assert!(is_cost(0.38, 0.05) && is_cost(3.0, 0.9));
+        assert!(!is_cost(0.38, 0.37), "as wide without");
+        assert!(!is_cost(394.19, 76.59), "unknown either way");
+        let id = Id::from((Part::Rear, C::MfD));
+        let row = |value| Coefficient {
+            tyre: "rear".into(),
+            coefficient: "mf_d".into(),
+            value,
+            ..Coefficient::default()
+        };
+        assert!(is_stated(&[row(Some(1.1))], id, 1.1));
+        assert!(!is_stated(&[row(None)], id, 1.1));
+        assert!(!is_stated(&[row(Some(0.9))], id, 1.1), "of another fit");
+        assert!(!is_stated(&[row(Some(1.1))], Id::from((Part::Front, C::MfD)), 1.1));
     }
 }

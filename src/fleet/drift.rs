@@ -11,6 +11,9 @@ use crate::statistics::order::median;
 /// Fewest values that a drift is estimated from.
 const DRIFT_FROM: usize = 5;
 
+/// Least time between the first value and the last, days: of an hour's sessions a slope per day is no drift.
+const LEAST_SPAN: f64 = 1.0;
+
 /// Above so many values all pairs are too many.
 const ALL_PAIRS: usize = 1500;
 
@@ -25,9 +28,16 @@ pub struct Drift {
     pub high: f64,
 }
 
+/// Whether times, days, are far enough apart for a slope per day.
+pub(crate) fn spans_enough(times: impl Iterator<Item = f64>) -> bool {
+    let ends = |[low, high]: [f64; 2], t: f64| [low.min(t), high.max(t)];
+    let [low, high] = times.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    high - low >= LEAST_SPAN
+}
+
 /// Drift of coefficient `c` beside the steps in `columns`; `tau` is the spread between sessions.
 ///
-/// `None` of too few values, or where all times are the same.
+/// `None` of too few values, or of less than a day.
 pub(crate) fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Option<Drift> {
     let times = history.times();
     let values = &history.values[c];
@@ -46,7 +56,7 @@ pub(crate) fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64)
         .filter(|i| values[*i].is_finite() && !has_own_level(*i))
         .map(|i| (times[i], values[i] - level.fitted[i]))
         .collect();
-    if points.len() < DRIFT_FROM {
+    if points.len() < DRIFT_FROM || !spans_enough(points.iter().map(|p| p.0)) {
         return None;
     }
     let n = points.len();
@@ -89,4 +99,35 @@ fn line_error(
         known.iter().map(|i| (values[*i] - level.fitted[*i]).powi(2) / variances[*i]).sum();
     let scale = (q / level.freedom.max(1) as f64).max(1.0);
     (own > 0.0).then(|| (scale / own).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::observation::Observation;
+
+    /// Six sessions, one every so many days, whose value rises by a thousandth from each to the next.
+    fn drift(apart: f64) -> Option<Drift> {
+        let row = |i: usize| Observation {
+            tyre: "front".into(),
+            coefficient: "mf_d".into(),
+            session: format!("s{i}"),
+            day: Some(20_000.0 + i as f64 * apart),
+            value: 1.0 + 1e-3 * i as f64,
+            error: 1e-3,
+            determined: true,
+            ..Observation::default()
+        };
+        let rows: Vec<Observation> = (0..6).map(row).collect();
+        let history = History::new(&rows.iter().collect::<Vec<_>>());
+        slope(&history, 0, &[vec![1.0; 6]], 0.0)
+    }
+
+    #[test]
+    fn three_quarters_of_an_hour_have_no_drift_per_day() {
+        let days = drift(1.0).expect("five days");
+        assert!((days.slope - 1e-3).abs() < 1e-9, "{days:?}");
+        assert_eq!(drift(45.0 / 60.0 / 24.0 / 5.0), None);
+        assert!(drift(0.21).is_some(), "a day and an hour");
+    }
 }

@@ -27,6 +27,7 @@ use super::scan::Shape;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::fleet_event::EventKind;
+use crate::contract::reason::ReasonCode;
 use crate::contract::status::Status;
 
 /// Fewest sessions that a line is laid through.
@@ -69,6 +70,28 @@ impl Ratio {
             () if !half.is_finite() || !self.value.is_finite() => Status::NotAvailable,
             () if half <= DETERMINED * self.value.abs() => Status::Ok,
             () => Status::PoorlyDetermined,
+        }
+    }
+
+    /// Why it is not determined, in words, and of which kind that is; none where it is.
+    pub fn reason(&self) -> Option<(ReasonCode, String)> {
+        let Ratio { n, variety, noise, value, low, high, scatter, .. } = self;
+        match self.status() {
+            Status::Ok => None,
+            _ if value.is_finite() && low.is_finite() && high.is_finite() => Some((
+                ReasonCode::WideInterval,
+                format!(
+                    "{n} sessions leave the ratio between {low:.3} and {high:.3}: their side force per camber differs by \
+                     {variety:.3} (its error is {noise:.3}), and slip angles scatter about the line by {scatter:.3}"
+                ),
+            )),
+            _ => Some((
+                ReasonCode::AlikeSessions,
+                format!(
+                    "the side force per camber of {n} sessions differs by {variety:.3} beyond its error of {noise:.3}, \
+                     which chance may be"
+                ),
+            )),
         }
     }
 }

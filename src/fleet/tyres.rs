@@ -15,6 +15,7 @@ use super::events::Event;
 use super::evidence::Piece;
 use super::ratio;
 use crate::contract::bike::Axle;
+use crate::contract::coefficient::Coefficient;
 use crate::contract::error_source::MODEL;
 use crate::contract::fleet_event::EventKind;
 use crate::statistics::interval::t95;
@@ -22,6 +23,10 @@ use crate::statistics::order;
 
 /// Spread between tyres of one model where there are too few to tell, a share.
 const BETWEEN_TYRES: f64 = 0.02;
+/// The same of a rolling radius: a tread of 5 mm that wears from a radius of 0.3 m, pressure and tolerance, an estimate.
+const BETWEEN_RADII: f64 = 0.01;
+/// Tyres that an assumed spread counts for, as rides do in [`compare`](super::compare).
+const ASSUMED: f64 = 3.0;
 /// Fewest tyres that tell it.
 const TYRES: usize = 4;
 
@@ -232,12 +237,31 @@ fn model((tyre, name, coefficient): (&str, &str, &str), tyres: &[&OnBike]) -> Op
         let [w, w2] = [1, 2].map(|p| scaled.iter().map(|(_, sd)| sd.powi(-2 * p)).sum::<f64>());
         ((q - (n as f64 - 1.0)) / (w - w2 / w)).max(0.0)
     } else {
-        (if one_sign { BETWEEN_TYRES } else { BETWEEN_TYRES * scaled[0].0.abs() }).powi(2)
+        let is_radius = coefficient == Coefficient::EffectiveRollingRadius.name();
+        let share = if is_radius { BETWEEN_RADII } else { BETWEEN_TYRES };
+        (if one_sign { share } else { share * scaled[0].0.abs() }).powi(2)
     };
     let (y, own) = mean(tau2);
     let weights: Vec<f64> = scaled.iter().map(|(_, sd)| 1.0 / (sd * sd + tau2)).collect();
-    let variance = own + in_common(&tyres, &weights, one_sign);
-    let half = t95(n as f64 + 1.0) * variance.sqrt();
+    let common = in_common(&tyres, &weights, one_sign);
+    let variance = own + common;
+    let half = if n >= TYRES {
+        t95(n as f64 + 1.0) * variance.sqrt()
+    } else {
+        // the spread alone is assumed; a tyre's own interval is as sure as its rides made it
+        let of_tyre = |tyre: &OnBike| {
+            let ([low, high], sd) = (tyre.estimate.interval, scale(tyre).1);
+            let half = if one_sign { 0.5 * (high / low).ln().abs() } else { 0.5 * (high - low) };
+            // no logarithm of an interval around zero
+            half.max(t95(f64::INFINITY) * sd)
+        };
+        let total: f64 = weights.iter().sum();
+        let squares = weights.iter().map(|w| (w / total).powi(2)).sum::<f64>();
+        let spread = t95(n as f64 - 1.0 + ASSUMED) * (tau2 * squares).sqrt();
+        let of_tyres = tyres.iter().zip(&weights).map(|(t, w)| (w / total * of_tyre(t)).powi(2));
+        let of_common = t95(f64::INFINITY) * common.sqrt();
+        (spread * spread + of_tyres.sum::<f64>() + of_common * of_common).sqrt()
+    };
     let back = |y: f64| if one_sign { sign * y.exp() } else { y };
     let (low, high) = (back(y - half), back(y + half));
     let size = if one_sign { back(y).abs() } else { 1.0 };
@@ -398,5 +422,27 @@ mod tests {
         let found = models(&vec![own; 10]);
         let friction = found.iter().find(|m| m.coefficient == "mf_d").expect("a model");
         assert!(friction.std_error / friction.value < 0.008, "{friction:?}");
+    }
+
+    /// One tyre of a model: its own interval, wider by what others of that model may differ, and not more.
+    #[test]
+    fn a_model_of_one_tyre_is_as_wide_as_the_tyre_and_the_spread() {
+        let one = combined(&sessions(10, &FRONT, |_, _| 1.0, |_| Some("a")));
+        let half = |[low, high]: [f64; 2]| 0.5 * (high / low).ln();
+        for (coefficient, spread) in
+            [("effective_rolling_radius", BETWEEN_RADII), ("mf_d", BETWEEN_TYRES)]
+        {
+            let found = models(std::slice::from_ref(&one));
+            let model = found.iter().find(|m| m.coefficient == coefficient).expect("a model");
+            let own = half(of(&one, coefficient)[0].estimate.interval);
+            let wide = half(model.interval);
+            assert_eq!(model.tyres, 1);
+            // Student's 97.5 % quantile of three degrees of freedom
+            assert!((wide / own.hypot(3.182 * spread) - 1.0).abs() < 0.01, "{own} {model:?}");
+        }
+        // a second tyre, which is as good, narrows it
+        let two = models(&[one.clone(), one]);
+        let friction = two.iter().find(|m| m.coefficient == "mf_d").expect("a model");
+        assert!(half(friction.interval) < 0.065, "{friction:?}");
     }
 }

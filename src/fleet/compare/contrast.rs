@@ -136,17 +136,32 @@ impl<'a> Members<'a> {
         let of_tyres: f64 = tyres.values().map(|sum| sum * sum).sum();
         *shared.entry(MODEL.to_owned()).or_default() += of_tyres;
         total += of_tyres;
-        for side in 0..2 {
-            let squares: f64 =
-                self.all.iter().zip(&c).filter(|(m, _)| m.side == side).map(|(_, c)| c * c).sum();
-            let between = self.between[side] * squares;
-            total += between;
+        for (side, of_side) in self.apart(&c).into_iter().enumerate() {
+            total += of_side;
             let groups = self.of(side).count() as f64;
-            parts.push((between.sqrt(), (groups - 1.0).max(1.0) + ASSUMED));
+            parts.push((of_side.sqrt(), (groups - 1.0).max(1.0) + ASSUMED));
         }
         let drawn: f64 = parts.iter().map(|(sd, _)| sd * sd).sum();
         parts.push(((total - drawn).max(0.0).sqrt(), f64::INFINITY));
         Variance { total, own, dof: combined_dof(&parts), shared }
+    }
+
+    /// What the spread between tyres makes of the variance, by the side whose spread it is. A tyre is what it is on both
+    /// sides: of one that both rode only the difference of its weights is left.
+    fn apart(&self, c: &[f64]) -> [f64; 2] {
+        let mut weights: BTreeMap<(usize, &str), (f64, usize)> = BTreeMap::new();
+        for (of, weight) in self.all.iter().zip(c).filter(|(_, weight)| **weight != 0.0) {
+            let (sum, side) = weights.entry((of.bike, of.tyre)).or_insert((0.0, of.side));
+            *sum += weight;
+            if self.between[of.side] > self.between[*side] {
+                *side = of.side;
+            }
+        }
+        let mut out = [0.0; 2];
+        for (sum, side) in weights.into_values() {
+            out[side] += sum * sum * self.between[side];
+        }
+        out
     }
 }
 

@@ -10,8 +10,8 @@
 //! not: a difference is one between sets of sessions such as these. The interval is Student's t, with the degrees of
 //! freedom of the spread between sessions. Other sessions of the motorcycles that take part tell of that spread, too.
 //!
-//! A motorcycle's rides make one value of each tyre; several motorcycles of a side are averaged with a spread between tyres
-//! ([`contrast`]).
+//! A motorcycle's rides make one value of each tyre; several tyres or motorcycles of a side are averaged with a spread
+//! between them, which cancels as far as both sides rode the same ones ([`contrast`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 

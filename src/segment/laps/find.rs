@@ -35,7 +35,7 @@ pub enum Kind {
     Out,
     /// From line to line.
     Timed,
-    /// From line to line, but not a lap: a halt, a detour, a missed crossing.
+    /// From line to line, but not a lap: a halt, a detour, a missed crossing, places that jump.
     Broken,
     /// From the line to the end of the log.
     In,
@@ -179,7 +179,10 @@ fn between_crossings(
         distance: first.ridden,
         position_difference: None,
     }];
-    laps.extend(crossings.windows(2).map(|c| between(ground, &c[0], &c[1], usual)));
+    // who gives a line says that it is a track, and so does a logger that times laps
+    let said = matches!(line.source, Source::Given | Source::Markers);
+    let jumps: &[[f64; 2]] = if said { &[] } else { &ground.jumps };
+    laps.extend(crossings.windows(2).map(|c| between(ground, jumps, &c[0], &c[1], usual)));
     let end = (ground.samples() - 1) as f64 / ground.rate;
     laps.push(Lap {
         kind: Kind::In,
@@ -194,8 +197,6 @@ fn between_crossings(
     let timed = |(_, l): &(usize, &Lap)| l.kind == Kind::Timed;
     let best = laps.iter().enumerate().filter(timed);
     let best = best.min_by(|a, b| a.1.duration().total_cmp(&b.1.duration()))?.0;
-    // who gives a line says that it is a track, and so does a logger that times laps
-    let said = matches!(line.source, Source::Given | Source::Markers);
     let track = said || is_track(ground, &laps, best, config);
     track.then_some(Found { line, by_markers: false, laps, best })
 }
@@ -207,11 +208,13 @@ fn most_common(lengths: &[f64]) -> Option<f64> {
     lengths.iter().max_by(better).copied()
 }
 
-fn between(ground: &Ground, from: &Crossing, to: &Crossing, usual: f64) -> Lap {
+/// From crossing to crossing; not a lap if its length is not the usual one, if it stood, or if its places jump.
+fn between(ground: &Ground, jumps: &[[f64; 2]], from: &Crossing, to: &Crossing, usual: f64) -> Lap {
     let distance = to.ridden - from.ridden;
     let samples = (from.time * ground.rate) as usize..(to.time * ground.rate) as usize;
     let standing = ground.speed[samples].iter().filter(|v| **v < 1.0).count() as f64 / ground.rate;
-    let whole = (distance / usual - 1.0).abs() < SAME && standing < STANDING;
+    let jumped = jumps.iter().any(|[start, end]| *start < to.time && from.time < *end);
+    let whole = (distance / usual - 1.0).abs() < SAME && standing < STANDING && !jumped;
     Lap {
         kind: if whole { Kind::Timed } else { Kind::Broken },
         start: from.time,

@@ -12,6 +12,13 @@ const DIRECTION: f64 = 0.5;
 /// Slower than this is standing or pushing, m/s.
 pub(crate) const MOVING: f64 = 3.0;
 
+/// Positions are looked at for a jump over gaps longer than this, s: over less their error is an acceleration itself.
+const GAP: f64 = 2.0;
+/// Largest error of a position after a gap, m.
+const REGAINED: f64 = 40.0;
+/// Acceleration that no motorcycle has, in its direction or across, m/s^2.
+const IMPOSSIBLE: f64 = 30.0;
+
 /// A point of the plane: metres east and north.
 pub(crate) type Point = [f64; 2];
 
@@ -38,6 +45,8 @@ pub struct Ground {
     pub speed: Vec<f64>,
     /// Distance ridden since the start by the speed, m.
     pub ridden: Vec<f64>,
+    /// Begin and end of gaps that no motorcycle rode through as the positions say, s: the log is put together from parts.
+    pub jumps: Vec<[f64; 2]>,
     /// Latitude and longitude of the origin, degrees.
     origin: Point,
 }
@@ -60,7 +69,8 @@ impl Ground {
             })
             .collect();
         let at = averaged(&raw, (HALF * session.rate).round() as usize);
-        Some(Ground { rate: session.rate, raw, at, speed, ridden, origin })
+        let jumps = jumps(&at, session.rate);
+        Some(Ground { rate: session.rate, raw, at, speed, ridden, jumps, origin })
     }
 
     /// A latitude and longitude (degrees) as a point.
@@ -131,6 +141,36 @@ pub(crate) fn interpolated(x: &[f64], place: f64) -> f64 {
 fn metres(origin: Point, place: Point) -> Point {
     let [north, east] = metres_per_degree(origin[0]);
     [(place[1] - origin[1]) * east, (place[0] - origin[0]) * north]
+}
+
+/// Gaps whose ends no motorcycle joins, s.
+///
+/// ```text
+/// the cubic from place p0 and velocity v0 to p1 and v1 in the time T of the gap, d = p1 - p0:
+/// acceleration at its ends  6 d / T^2 - (4 v0 + 2 v1) / T  and  (2 v0 + 4 v1) / T - 6 d / T^2
+/// ```
+/// It is 1.4 times that of a circle at most, and several times that of any road where a part begins elsewhere.
+fn jumps(at: &[Point], rate: f64) -> Vec<[f64; 2]> {
+    let second = rate.round() as usize;
+    let known: Vec<usize> = (0..at.len()).filter(|&i| at[i][0].is_finite()).collect();
+    let jump = |pair: &[usize]| {
+        let (i, j) = (pair[0], pair[1]);
+        let time = (j - i) as f64 / rate;
+        let (before, after) = (i.checked_sub(second)?, *at.get(j + second)?);
+        if second == 0 || time <= GAP {
+            return None;
+        }
+        let velocity = |a: Point, b: Point| minus(b, a).map(|d| d * rate / second as f64);
+        let (v0, v1) = (velocity(at[before], at[i]), velocity(at[j], after));
+        let d = minus(at[j], at[i]).map(|d| 6.0 * d / time / time);
+        let first = [0, 1].map(|k| d[k] - (4.0 * v0[k] + 2.0 * v1[k]) / time);
+        let last = [0, 1].map(|k| (2.0 * v0[k] + 4.0 * v1[k]) / time - d[k]);
+        let largest = first[0].hypot(first[1]).max(last[0].hypot(last[1]));
+        // a velocity next to another gap is not known, and no number is larger than another
+        let is_jump = largest > IMPOSSIBLE + 6.0 * REGAINED / time / time;
+        is_jump.then(|| [i as f64 / rate, j as f64 / rate])
+    };
+    known.windows(2).filter_map(jump).collect()
 }
 
 /// Missing speeds are those before, and never below zero: a gap is ridden through.

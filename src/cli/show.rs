@@ -1,0 +1,150 @@
+//! `roadbench show`.
+
+use std::path::{Path, PathBuf};
+
+use clap::builder::NonEmptyStringValueParser;
+
+use crate::batch::store::intact;
+use crate::batch::store::mark;
+use crate::batch::store::reading::Reading;
+use crate::cli::batch::print;
+use crate::cli::failure::Failure;
+use crate::cli::json;
+use crate::cli::location::require_folder;
+use crate::cli::report::failure;
+use crate::cli::say;
+use crate::report::find::{find, nearest};
+use crate::report::session::printed::{self, Stored};
+use crate::report::{Error, list_of_sessions, page_names, tables, terminal};
+use crate::store::objects::Location;
+use crate::store::tables::rows::{Ident, Rejected, SessionRow};
+
+/// Print what a session gave, or list the sessions
+///
+/// Without --session: every session of the output and what was rejected. Nothing is computed again.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The folder that `roadbench run --out` wrote.
+    out: PathBuf,
+    /// The session to show, by its id.
+    #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
+    session: Option<String>,
+    /// Its bike, where several have a session of that name; without --session, the bike whose sessions are listed.
+    #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
+    bike: Option<String>,
+    /// Print the rows of the tables `sessions`, `coefficients`, `warnings` and `rejected` as JSON, one object a line; its
+    /// key `table` says of which.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { out, session, bike, json } = arguments;
+    require_folder(out)?;
+    mark::require(&Location::from(out))?;
+    match session {
+        Some(session) => one(out, session, bike.as_deref(), *json),
+        None => list(out, bike.as_deref(), *json),
+    }
+}
+
+/// One session.
+fn one(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Result<(), Failure> {
+    let _reading = Reading::of_session(out, printed::TABLES, session)?;
+    let sessions = tables::sessions(out).map_err(failure)?;
+    let keys: Vec<(&str, &str)> = sessions.iter().map(|s| s.ident.key()).collect();
+    let place = match find(&keys, session, bike) {
+        Ok(place) => place,
+        Err(e) => return Err(unknown(out, session, e)?),
+    };
+    let ident = &sessions[place].ident;
+    let stored = Stored::read(out, ident).map_err(failure)?;
+    if json {
+        print(&json::line("sessions", &stored.session));
+        stored.coefficients.iter().for_each(|row| print(&json::line("coefficients", row)));
+        stored.warnings.iter().for_each(|row| print(&json::line("warnings", row)));
+        return Ok(());
+    }
+    print(&stored.printed().text(say::width()));
+    let page = page_names::sessions(keys.iter().copied()).swap_remove(place);
+    print(&format!("\n{}", page_of(out, &page, ident)));
+    Ok(())
+}
+
+/// Where a session's page is, or the command that writes it.
+fn page_of(out: &Path, name: &str, ident: &Ident) -> String {
+    let page = out.join("report").join(name);
+    if page.is_file() {
+        return format!("Page: {}\n", page.display());
+    }
+    let (bike, session) = ident.key();
+    let command = format!(
+        "roadbench report {} --open={} --bike={}",
+        out.display(),
+        quoted(session),
+        quoted(bike)
+    );
+    terminal::wrapped(&format!("Its page is not written; `{command}` writes it."), say::width())
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+    match word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+/// Why there is no session of a name: it was rejected, or what [`find`] says.
+fn unknown(out: &Path, session: &str, e: Error) -> Result<Failure, Failure> {
+    let of_name = |row: &Rejected| {
+        let stem = Path::new(&row.path).file_stem().map(|stem| stem.to_string_lossy());
+        row.session_id.as_deref() == Some(session) || stem.is_some_and(|stem| stem == session)
+    };
+    let mut rejected = tables::rejected(out).map_err(failure)?;
+    rejected.retain(of_name);
+    if rejected.is_empty() {
+        return Ok(failure(e));
+    }
+    let why = terminal::rejections(&rejected, rejected.len(), say::width());
+    Ok(Failure::Usage(format!("`{session}` was rejected:\n{}", why.trim_end())))
+}
+
+/// All sessions, or those of a bike.
+fn list(out: &Path, bike: Option<&str>, json: bool) -> Result<(), Failure> {
+    let _reading = Reading::of(out)?;
+    intact::require_lists(&Location::from(out))?;
+    let mut sessions = tables::sessions(out).map_err(failure)?;
+    let mut rejected = tables::rejected(out).map_err(failure)?;
+    if let Some(bike) = bike {
+        let of_bike = |row: &SessionRow| row.ident.bike_id == bike;
+        if !sessions.iter().any(of_bike) {
+            let mut bikes: Vec<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
+            bikes.dedup();
+            let hint = nearest(bike, bikes);
+            return Err(Failure::Usage(format!("no bike `{bike}` in the table `sessions`{hint}")));
+        }
+        sessions.retain(of_bike);
+        rejected.retain(|row| row.bike_id.as_deref() == Some(bike));
+    }
+    if json {
+        sessions.iter().for_each(|row| print(&json::line("sessions", row)));
+        rejected.iter().for_each(|row| print(&json::line("rejected", row)));
+        return Ok(());
+    }
+    print(&list_of_sessions::text(&sessions, &rejected, say::width()));
+    if let Some(first) = sessions.first() {
+        let command = format!(
+            "roadbench show {} --session {}",
+            out.display(),
+            quoted(&first.ident.session_id)
+        );
+        print(&terminal::wrapped(&format!("\nTo show one: `{command}`"), say::width()));
+    }
+    Ok(())
+}
