@@ -156,7 +156,7 @@ pub mod diagnose {
             pub use crate::diagnose::road::base::{Base, fit, fit_with, noise};
         }
         pub mod estimates {
-            pub use crate::diagnose::road::estimates::estimates;
+            pub use crate::diagnose::road::estimates::{Nominal, estimates};
         }
         pub mod null_calibration {
             pub use crate::diagnose::road::null_calibration::{calibrate, cells};
@@ -403,6 +403,20 @@ pub mod motorcycle {
             pub use crate::motorcycle::catalogue::file::text;
         }
     }
+    pub mod offroad {
+        pub mod body {
+            pub use crate::motorcycle::offroad::body::Body;
+        }
+        pub mod chain {
+            pub use crate::motorcycle::offroad::chain::{Chain, Run, lever};
+        }
+        pub mod equations {
+            pub use crate::motorcycle::offroad::equations::{Equations, Motion, RigidBodies};
+        }
+        pub mod planar {
+            pub use crate::motorcycle::offroad::planar::PlanarMotorcycle;
+        }
+    }
 }
 pub mod pipeline {
     pub use crate::pipeline::outcome::{Input, Outcome, Rejection};
@@ -557,7 +571,7 @@ pub mod simulate {
     pub mod motocross {
         pub use crate::simulate::motocross::{MotocrossRide, ride};
         pub mod machine {
-            pub use crate::simulate::motocross::machine::{Levers, Plant, Touching};
+            pub use crate::simulate::motocross::machine::{ForwardModel, Levers, Touching};
         }
         pub mod pilot {
             pub use crate::simulate::motocross::pilot::{Decision, decide};
@@ -594,9 +608,7 @@ pub mod simulate {
         }
     }
     pub mod multibody_ride {
-        pub use crate::simulate::multibody_ride::{
-            motorcycle, ridden, session, static_loads, tour,
-        };
+        pub use crate::simulate::multibody_ride::{motorcycle, ridden, session, tour};
     }
     pub mod pilot {
         pub use crate::simulate::pilot::Skill;
@@ -608,7 +620,7 @@ pub mod simulate {
         pub use crate::simulate::odd_manoeuvre::{OddKind, OddManoeuvre};
     }
     pub mod population {
-        pub use crate::simulate::population::machine::Machine;
+        pub use crate::simulate::population::machine::DrawnMachine;
         pub mod bike {
             pub use crate::simulate::population::bike::{BikeFile, bike};
         }
@@ -741,20 +753,6 @@ pub mod tyre {
     }
     pub mod magic_formula {
         pub use crate::tyre::magic_formula::MagicFormula;
-    }
-    pub mod offroad {
-        pub mod body {
-            pub use crate::tyre::offroad::body::Body;
-        }
-        pub mod chain {
-            pub use crate::tyre::offroad::chain::{Chain, Run, lever};
-        }
-        pub mod equations {
-            pub use crate::tyre::offroad::equations::{Equations, Motion, Parameters};
-        }
-        pub mod machine {
-            pub use crate::tyre::offroad::machine::Machine;
-        }
     }
     pub mod published {
         pub use crate::tyre::published::{SETS, text};

@@ -10,9 +10,11 @@
 //! wanted channels of it) and one line in [`formats::FORMATS`]. A new source of a known format is one
 //! channel map ([`maps`]), no code; [`maps::propose`] drafts one.
 
+use std::sync::Arc;
+
 use crate::contract::channel::Channel;
 use crate::contract::instant;
-use crate::contract::session::Session;
+use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::store::objects::{Location, source};
 
@@ -38,10 +40,11 @@ pub(crate) use raw::{Identified, Raw, Track};
 pub(crate) use write::{session_bytes, write_session};
 
 use checks::clean;
+use clock::held::{RECEIVER, SPEEDS, same_rows};
 use clock::{resample, stamps};
 use maps::ChannelMap;
 use maps::file::or_shipped;
-use motion::{inertial, track, yaw};
+use motion::{inertial, receiver, yaw};
 
 /// Session, bike, start time and channel map, without reading the samples.
 ///
@@ -87,7 +90,7 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
     Ok(raw)
 }
 
-/// Takes out positions that no receiver gave, with a warning.
+/// Takes out positions that no receiver gave, and what it wrote for its other channels there, with a warning.
 fn no_fix(raw: &mut Raw) {
     let place = |raw: &Raw, channel| raw.tracks.iter().position(|t| t.channel == channel);
     let (Some(north), Some(east)) = (place(raw, Channel::Latitude), place(raw, Channel::Longitude))
@@ -98,14 +101,36 @@ fn no_fix(raw: &mut Raw) {
         return;
     }
     let mut longitude = std::mem::take(&mut raw.tracks[east].values);
-    let lost = track::without_fix(&mut raw.tracks[north].values, &mut longitude);
+    let lost = receiver::positions(&mut raw.tracks[north].values, &mut longitude);
     raw.tracks[east].values = longitude;
-    if lost > 0 {
-        let message = format!(
-            "{lost} samples have no position (0, 0, or none on a globe): the receiver had no fix; taken as missing"
-        );
-        raw.warnings.push(warning::warning("no_fix", None, lost, None, message));
+    let time = Arc::clone(&raw.tracks[north].time);
+    let mut others = Vec::new();
+    for track in raw.tracks.iter_mut().filter(|t| RECEIVER.contains(&t.channel)) {
+        let is_place = [Channel::Latitude, Channel::Longitude].contains(&track.channel);
+        if is_place || !same_rows(&time, &track.time) {
+            continue;
+        }
+        let is_speed = SPEEDS.contains(&track.channel);
+        if receiver::take_out(&mut track.values, &lost, is_speed) > 0 {
+            others.push(track.channel.name());
+        }
     }
+    let also = match others.is_empty() {
+        true => String::new(),
+        false => format!(", and so are {} of these rows", others.join(", ")),
+    };
+    let rows: usize = lost.runs.iter().map(|r| r.0.len()).sum();
+    let message = match lost.count {
+        0 if also.is_empty() => return,
+        0 => {
+            format!("{rows} rows have no position: the receiver had no fix; that is missing{also}")
+        }
+        count => format!(
+            "{count} samples have no position (0, 0, or none on a globe): the receiver had no fix; taken as missing{also}"
+        ),
+    };
+    let count = if lost.count > 0 { lost.count } else { rows };
+    raw.warnings.push(warning::warning("no_fix", None, count, None, message));
 }
 
 /// Reads of a log. Where the system, or a store, did not give it all of the bytes, that is the error, whatever the reader made
@@ -131,7 +156,8 @@ pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<C
 /// Repairs the clocks, takes out what no sensor can have meant, and brings every channel onto
 /// one clock.
 ///
-/// In this order, each with its warning: stamps (`time_missing`, `time_duplicated`,
+/// In this order, each with its warning: rows that repeat a receiver's fix (`repeated_fixes`), stamps (`time_missing`,
+/// `time_duplicated`,
 /// `time_backwards`, `time_jitter`), values out of the schema's range (`out_of_range`),
 /// `spike`, `clipped`, `stuck`, `gap`, `empty_channel`, `down_sampled`; then an inertial unit that is fixed to the
 /// frame is brought into the level frame (`level_frame`, `level_frame_doubt`, `no_level_frame`).
@@ -139,12 +165,25 @@ pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<C
 /// # Errors
 /// Nothing usable is left: `no_time`, `too_short`.
 pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> {
-    let Raw { meta, tracks, mut warnings, euler_yaw, imu, wheel_scale_sd, mut markers, .. } = raw;
+    let Raw {
+        meta,
+        mut tracks,
+        mut warnings,
+        euler_yaw,
+        imu,
+        wheel_scale_sd,
+        mut markers,
+        zero,
+        ..
+    } = raw;
+    let zero = zero.or_else(|| unix_zero(&meta, &tracks));
+    clock::held::thin(&mut tracks, &mut warnings);
     let mut tracks = clock::repair(tracks, &mut warnings)?;
     // before faults are looked for: a course jumps by a whole turn
     let receiver = inertial::take_receiver(&mut tracks);
     clean::clean(&mut tracks, config, &mut warnings);
     let (start, _) = tracks.span();
+    let meta = begun(meta, zero, start);
     markers.times.iter_mut().for_each(|t| *t -= start);
     let mut session = resample::onto_one_clock(meta, tracks, config, &mut warnings)?;
     session.wheel_scale_sd = wheel_scale_sd;
@@ -154,6 +193,31 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
         yaw::to_trace(&mut session, &mut warnings);
     }
     Ok((session, warnings))
+}
+
+/// The stamp at which the start time holds, where the stamps count from 1970 and it is one of them.
+fn unix_zero(meta: &Meta, tracks: &[Track]) -> Option<f64> {
+    let unix = instant::microseconds(meta.start_time.as_deref()?)? as f64 * 1e-6;
+    let first = |t: &Track| t.time.iter().copied().find(|t| t.is_finite());
+    tracks.iter().filter_map(first).any(|t| (t - unix).abs() < ROUNDED_UP).then_some(unix)
+}
+
+/// Steps of the start time that are not worth a word: it is rounded, s.
+const ROUNDED: f64 = 0.5;
+/// A start time is of the first stamp where it is no further from it, s.
+const ROUNDED_UP: f64 = 2.0;
+
+/// The start of the part of a log that is used.
+fn begun(mut meta: Meta, zero: Option<f64>, start: f64) -> Meta {
+    let time = meta.start_time.as_deref().and_then(instant::microseconds);
+    if let (Some(time), Some(zero)) = (time, zero) {
+        let later = start - zero;
+        if later.is_finite() && later.abs() > ROUNDED {
+            let ms = (time as f64 * 1e-3 + later * 1e3).round();
+            meta.start_time = instant::text(ms as i64 * 1000).or(meta.start_time);
+        }
+    }
+    meta
 }
 
 #[cfg(test)]

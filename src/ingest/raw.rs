@@ -47,6 +47,8 @@ pub struct Raw {
     pub imu: Imu,
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
     pub wheel_scale_sd: [f64; 2],
+    /// The stamp at which the log's start time holds, s on the clock of the tracks, where that is known.
+    pub zero: Option<f64>,
     /// What the logger says of the laps, s on the clock of the tracks' stamps.
     pub markers: Markers,
 }

@@ -133,6 +133,7 @@ pub(super) fn run(
     if !tyres.is_empty() {
         other_tables.push(table(&tyres).map_err(|e| Rejection::unwritable(&e))?);
     }
+    let costs = missing::costs_of_rows(&solution, &coefficients);
     Ok(Outcome {
         session,
         manoeuvres,
@@ -142,7 +143,7 @@ pub(super) fn run(
         laps,
         plots,
         signals,
-        costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),
+        costs: costs.iter().map(ToString::to_string).collect(),
         other_tables,
         ..Outcome::default()
     })

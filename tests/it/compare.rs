@@ -132,6 +132,86 @@ fn other_sessions_tell_of_the_spread() {
     assert!(beside.1 < alone.1, "{alone:?} {beside:?}");
 }
 
+/// Sessions of both sides on each of two tyres of one motorcycle, or on each of two motorcycles, B larger by `difference`;
+/// `rides` by side and tyre, `levels` of the tyres as logarithms.
+fn on_two(
+    random: &mut Random,
+    rides: [[usize; 2]; 2],
+    levels: [f64; 2],
+    are_bikes: bool,
+    difference: f64,
+) -> Vec<Session> {
+    let [mass, of_bike, of_tyre] = [(); 3].map(|()| [random.normal(), random.normal()]);
+    let mut out = Vec::new();
+    for (side, which) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let bike = if are_bikes { which } else { 0 };
+        for i in 0..rides[side][which] {
+            let mut slope = || 1.0 + SLOPE * random.normal();
+            let of_model = of_bike[bike] + if are_bikes { 0.0 } else { of_tyre[which] };
+            let error = MASS * mass[bike] * slope() + MODEL * 0.5_f64.sqrt() * of_model * slope();
+            let error = error + OWN.hypot(BETWEEN) * random.normal();
+            let value = 0.4 * (levels[which] + side as f64 * difference + error).exp();
+            let session = format!("{side}-{which}-{i}");
+            let piece = |source: &str, shared, share: f64| Piece {
+                session: session.clone(),
+                tyre: if are_bikes { "vehicle" } else { "rear" }.into(),
+                coefficient: if are_bikes { "drag" } else { "mf_d" }.into(),
+                unit: "1".into(),
+                value,
+                source: source.into(),
+                shared,
+                shift: share * value,
+                ..Piece::default()
+            };
+            out.push(Session {
+                bike: format!("b{bike}"),
+                session: session.clone(),
+                side,
+                tyres: [None, Some(format!("tyre {which}"))],
+                pieces: vec![
+                    piece("mass", true, MASS),
+                    piece("model", true, MODEL),
+                    piece("own", false, OWN),
+                ],
+            });
+        }
+    }
+    out
+}
+
+/// Both riders rode both tyres: how much tyres differ is no matter for how much the riders do.
+#[test]
+fn tyres_and_motorcycles_that_both_sides_rode_cancel() {
+    let mut random = Random::new(58, "both rode both");
+    let width = |sessions: &[Session]| {
+        let found = compare(sessions);
+        let of = found[0].difference.as_ref().and_then(|d| d.relative).expect("of one sign");
+        (of[1..].iter().map(|end| end.ln_1p()).collect::<Vec<_>>(), of[2].ln_1p() - of[1].ln_1p())
+    };
+    for are_bikes in [false, true] {
+        let mut mean = |rides, levels, difference| {
+            let (mut held, mut sum) = (0, 0.0);
+            for _ in 0..PAIRS {
+                let all = on_two(&mut random, rides, levels, are_bikes, difference);
+                let (ends, wide) = width(&all);
+                held += usize::from((ends[0]..=ends[1]).contains(&difference));
+                sum += wide / PAIRS as f64;
+            }
+            (held, sum)
+        };
+        let (_, one) = mean([[6, 0], [6, 0]], [0.0; 2], 0.0);
+        let (held, both) = mean([[3, 3], [3, 3]], [-0.02, 0.02], 0.05);
+        assert!(held >= 182, "{are_bikes}: {held} of {PAIRS}");
+        assert!(both < 1.25 * one, "{are_bikes}: {both} of two, {one} of one");
+        // as unequal as the rides may be
+        let (held, _) = mean([[5, 1], [2, 4]], [-0.02, 0.02], 0.05);
+        assert!(held >= 182, "{are_bikes}, unequal: {held} of {PAIRS}");
+        // what one side alone rode does not cancel
+        let (_, other) = mean([[6, 0], [3, 3]], [0.0; 2], 0.0);
+        assert!(other > 1.2 * one, "{are_bikes}: {other} with another, {one} of one");
+    }
+}
+
 /// The output of the bundled archive.
 fn output() -> &'static Path {
     static OUT: OnceLock<tempfile::TempDir> = OnceLock::new();

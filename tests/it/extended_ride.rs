@@ -71,7 +71,7 @@ fn a_tyre_file_with_an_effect_rides_as_the_effect_planted() {
     };
     let plain = tour(&machine);
     let skill = Skill::learn(&plain.model, ride::period(plain.rate)).expect("runs straight");
-    let load = multibody::static_loads(&machine.plant);
+    let load = machine.plant.vehicle.static_loads();
     let custom = |k: usize| Custom::new(machine.plant.tyres[k], load[k]);
     let session = |tour: &Tour| {
         let ridden = ride::ride(tour, &skill, 0);
@@ -138,7 +138,7 @@ fn a_named_side_force_ratio_brings_the_exported_tyre_nearer_to_the_true_one() {
         tyre_file::parse(&roadbench(&[&export[..], &end, more].concat())).expect("a tyre")
     };
     let plant = case.machine().expect("machine").1.plant;
-    let load = multibody::static_loads(&plant)[axle as usize];
+    let load = plant.vehicle.static_loads()[axle as usize];
     let custom = Custom::new(plant.tyres[axle as usize], load);
     let truth = tyre_file::extended(custom, &error_of(effect, size), axle, 1.0);
     let (extended, without) = (tyre("extended", &["--model", &model]), tyre("without", &[]));

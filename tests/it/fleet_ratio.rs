@@ -4,6 +4,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use roadbench::internals::contract::fleet_event::{Affected, EventKind};
+use roadbench::internals::contract::reason::ReasonCode;
 use roadbench::internals::contract::status::Status;
 use roadbench::internals::fleet::events::{Event, Moved};
 use roadbench::internals::fleet::history::History;
@@ -90,6 +91,27 @@ fn the_same_riding_every_time_says_nothing() {
     let none = (0..30).filter_map(|seed| points(seed, 40, 0.0).ratio());
     assert!(none.filter(|r| r.status() == Status::NotAvailable).count() >= 26);
     assert_eq!(points(1, 5, 0.1).ratio(), None, "too few");
+}
+
+/// Sessions that are too alike have no value; sessions that differ enough, but are few, have a wide interval.
+#[test]
+fn the_reason_is_that_of_the_numbers() {
+    let (mut alike, mut wide) = (0, 0);
+    for seed in 0..30 {
+        for (n, variety) in [(40, 0.0), (6, 0.03), (8, 0.06), (50, 0.12)] {
+            let Some(found) = points(seed, n, variety).ratio() else { continue };
+            let reason = found.reason();
+            assert_eq!(reason.is_none(), found.status() == Status::Ok, "{found:?}");
+            let Some((code, text)) = reason else { continue };
+            alike += usize::from(code == ReasonCode::AlikeSessions);
+            wide += usize::from(code == ReasonCode::WideInterval);
+            // who has a value has sessions that are not too alike
+            assert_eq!(code == ReasonCode::WideInterval, found.value.is_finite(), "{found:?}");
+            assert_eq!(text.contains("between"), found.value.is_finite(), "{text}");
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+    assert!(alike > 20 && wide > 5, "{alike} {wide}");
 }
 
 /// One rear tyre until session 20, another from there on, with `C` 0.11 and 0.16: two lines. A session

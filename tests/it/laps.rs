@@ -380,6 +380,54 @@ fn a_ride_that_goes_round_once_has_no_laps() {
     assert!(detect(&back, &Config::default()).is_none());
 }
 
+/// Manoeuvres on a strip, each from its beginning, in one log with gaps of some seconds: straight on, or into a bend.
+/// The way from part to part is none that a motorcycle rides.
+fn parts_of_a_strip(gap: f64) -> Session {
+    const HZ: f64 = 10.0;
+    const SPEED: f64 = 20.0;
+    let mut columns = [const { Vec::new() }; 3];
+    for part in 0..8 {
+        let ([mut x, mut y], mut heading) = ([-150.0, 0.0], 0.0_f64);
+        for i in 0..(20.0 * HZ) as usize {
+            let [latitude, longitude] = track::position([x, y]);
+            for (column, value) in columns.iter_mut().zip([latitude, longitude, SPEED]) {
+                column.push(value);
+            }
+            if part % 2 == 1 && i as f64 * SPEED / HZ > 200.0 {
+                heading += SPEED / HZ / 60.0;
+            }
+            (x, y) = (x + SPEED / HZ * heading.cos(), y + SPEED / HZ * heading.sin());
+        }
+        for column in &mut columns {
+            column.resize(column.len() + (gap * HZ) as usize, f64::NAN);
+        }
+    }
+    let mut session = Session::new(Meta::default(), HZ, columns[0].len());
+    let channels = [Channel::Latitude, Channel::Longitude, Channel::VelocityX];
+    for (channel, column) in channels.into_iter().zip(columns) {
+        session.set(channel, column);
+    }
+    session
+}
+
+#[test]
+fn parts_that_begin_at_one_place_are_no_laps() {
+    for gap in [4.5, 6.0] {
+        let session = parts_of_a_strip(gap);
+        let found = detect(&session, &Config::default());
+        assert!(found.is_none(), "{gap} s: {:?}", found.map(|f| f.1.laps));
+    }
+    // a lap that is ridden through such a gap stays one
+    let round = Round::new(6.4);
+    for gap in [3.0, 6.0] {
+        let mut session = round.logged(Receiver { gap, ..GOOD }, 5);
+        session.remove(Channel::LapNumber);
+        let (ground, found) = detect(&session, &Config::default()).expect("laps");
+        assert!(ground.jumps.is_empty(), "{gap} s: {:?}", ground.jumps);
+        assert!(timed(&found).len() >= 4, "{gap} s: {:?}", found.laps);
+    }
+}
+
 /// The rides of the archive say nothing of their place; put where speed and yaw rate lead, half of them go to and
 /// fro on a test strip, the others along a road.
 #[test]

@@ -15,14 +15,14 @@ use roadbench::internals::estimate::offroad::solve::{BRAKING, RowWeights, Solver
 use roadbench::internals::estimate::offroad::weights::Weights;
 use roadbench::internals::estimate::offroad::{self, Config, Estimate};
 use roadbench::internals::filter;
+use roadbench::internals::motorcycle::offroad::equations::Motion;
+use roadbench::internals::motorcycle::offroad::planar::PlanarMotorcycle;
 use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
-use roadbench::internals::simulate::motocross::machine::{Levers, Plant, Touching};
+use roadbench::internals::simulate::motocross::machine::{ForwardModel, Levers, Touching};
 use roadbench::internals::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::internals::simulate::motocross::{self, MotocrossRide, pilot};
 use roadbench::internals::store::tables::rows::Status;
-use roadbench::internals::tyre::offroad::equations::Motion;
-use roadbench::internals::tyre::offroad::machine::Machine;
 
 fn scenario() -> Motocross {
     Motocross::load("motocross").expect("scenario").expect("built in")
@@ -86,7 +86,7 @@ fn rms(a: &[f64], b: &[f64]) -> f64 {
 fn what_the_forward_model_did_comes_back_to_rounding() {
     let text = BUILTIN[0].1.replace("touching = \"normal\"", "touching = \"chassis\"");
     let scenario = Motocross::parse(&text, "round trip".as_ref()).expect("scenario");
-    let plant: Plant = scenario.plant(0);
+    let plant: ForwardModel = scenario.forward_model(0);
     assert_eq!(plant.touching, Touching::Chassis);
     let machine = &plant.machine;
     let solver = Solver::new(machine, [false; 5], &Config::default().solve);
@@ -525,7 +525,7 @@ fn lever_arms_and_levers_are_read((scenario, ridden): &Ridden) {
 /// `B_d' B_d` is the inverse of the covariance, whatever rows are left, up to its scale.
 #[test]
 fn whitening_inverts_the_covariance() {
-    let machine = Machine::new(&scenario().bike).expect("bike");
+    let machine = PlanarMotorcycle::new(&scenario().bike).expect("bike");
     let noise = machine.noise.expect("noise");
     let at = machine.equations.at(&Motion { z_f: 0.1, a_r: 0.17, ..Motion::default() });
     for lost in [[false; 5], [true, false, false, false, false], [false, false, false, true, true]]
@@ -583,10 +583,10 @@ fn bike_files_are_checked_by_key() {
         t.lines().filter(|l| !l.starts_with("mass_chassis")).collect::<Vec<_>>().join("\n")
     })
     .expect("a bike all the same");
-    let message = Machine::new(&without).expect_err("lacks a key").to_string();
+    let message = PlanarMotorcycle::new(&without).expect_err("lacks a key").to_string();
     assert!(message.contains("offroad.mass_chassis"), "{message}");
     let heavy = bike_text(&|t| t.replace("mass = 182.0", "mass = 260.0")).expect("a bike");
-    assert!(Machine::new(&heavy).expect_err("contradiction").to_string().contains("260"));
+    assert!(PlanarMotorcycle::new(&heavy).expect_err("contradiction").to_string().contains("260"));
     // an exact lumping makes the swing arm's inertia negative: that is no mistake
     let with_i2 = |value: &str| {
         let value = value.to_owned();
@@ -595,9 +595,9 @@ fn bike_files_are_checked_by_key() {
         })
         .expect("a bike")
     };
-    assert!(Machine::new(&with_i2("-0.2855")).is_ok());
+    assert!(PlanarMotorcycle::new(&with_i2("-0.2855")).is_ok());
     assert!(
-        Machine::new(&with_i2("-15.0"))
+        PlanarMotorcycle::new(&with_i2("-15.0"))
             .expect_err("no body")
             .to_string()
             .contains("positive definite")

@@ -5,9 +5,9 @@ use roadbench::internals::estimate::offroad::nnls;
 use roadbench::internals::estimate::offroad::rider::a::{Instant, Standing};
 use roadbench::internals::estimate::offroad::rider::{b, c};
 use roadbench::internals::estimate::offroad::weights::Weights;
-use roadbench::internals::tyre::offroad::body::Body;
-use roadbench::internals::tyre::offroad::chain::{Chain, Run, lever};
-use roadbench::internals::tyre::offroad::equations::{Equations, Motion, Parameters};
+use roadbench::internals::motorcycle::offroad::body::Body;
+use roadbench::internals::motorcycle::offroad::chain::{Chain, Run, lever};
+use roadbench::internals::motorcycle::offroad::equations::{Equations, Motion, RigidBodies};
 use serde_json::Value;
 
 const G: f64 = 9.80665;
@@ -25,9 +25,9 @@ fn array<const N: usize>(v: &Value) -> [f64; N] {
     list(v).try_into().expect("length")
 }
 
-fn parameters(v: &Value) -> Parameters {
+fn parameters(v: &Value) -> RigidBodies {
     let get = |k: &str| v[k].as_f64().expect("parameter");
-    Parameters {
+    RigidBodies {
         m: ["m_1", "m_2", "m_3", "m_4"].map(get),
         i: ["I_1", "I_2", "I_3", "I_4"].map(get),
         l_r: get("l_r"),

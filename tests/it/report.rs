@@ -609,5 +609,6 @@ fn demo() {
     let own = |c: &&Coefficient| c.ident.key() == sessions[1].ident.key();
     let own: Vec<Coefficient> = coefficients.iter().filter(own).cloned().collect();
     println!("{}", terminal::summary(&sessions[1], &own, &[], 100));
-    println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, &[], (12.3, 100)));
+    let summary = terminal::batch_summary(&sessions, &coefficients, &rejected, &[], 0, (12.3, 100));
+    println!("{summary}");
 }

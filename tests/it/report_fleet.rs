@@ -200,7 +200,11 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     let html = std::fs::read_to_string(&page).expect("page");
     assert!(html.contains("2 bikes over all their sessions") && html.contains("1 tyre swap."));
     assert!(!html.contains("<b onmouseover"), "a log's text became markup");
-    assert!(html.contains("<a href=\"s09.html\">s09</a>") && html.contains("+29.8 %"));
+    // 29.8 % over 14.2 standard deviations: 4.1 % to each side
+    assert!(html.contains("<a href=\"s09.html\">since s09 (2026-05-10, rear tyre soft)</a>"));
+    assert!(html.contains(
+        "the rear peak friction differs by 29.8 % (25.7 to 33.9) from the 3 rides before, as if another rear tyre was on"
+    ));
     // one box for the bike that kept its tyre, one for each tyre of the other
     assert_eq!(html.matches("<svg class=\"boxes\"").count(), 3);
     assert!(html.contains("<td>hard</td>") && html.contains("<td>soft</td>"));

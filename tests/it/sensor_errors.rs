@@ -16,7 +16,7 @@ use roadbench::internals::simulate::rider::Disturbance;
 use crate::suspicions::common::machine;
 
 /// Plants an error.
-type Plant = fn(&mut Parameters);
+type Planting = fn(&mut Parameters);
 
 /// Rms of the difference, over some channels, of blocks that both have.
 fn apart(a: &Blocks, b: &Blocks, channels: &Range<usize>) -> f64 {
@@ -50,16 +50,16 @@ fn residuals_take_off_what_sensors_put_in() {
     // there the residuals leave both
     let all = 0..CHANNELS.len();
     let last = CHANNELS.len() - 1..CHANNELS.len();
-    let errors: [(&str, Plant); 9] = [
-        ("yaw_rate_zero", |p| p.yaw_rate_zero = 0.02),
-        ("ay_zero", |p| p.ay_zero = 0.1),
-        ("ax_zero", |p| p.ax_zero = 0.1),
-        ("vy_zero", |p| p.vy_zero = 0.1),
-        ("attitude_scale", |p| p.attitude_scale = 0.03),
-        ("attitude_delay", |p| p.attitude_delay = 0.03),
-        ("velocity_height", |p| p.velocity_height = 0.3),
-        ("accelerometer", |p| p.accelerometer = [0.3, 0.3]),
-        ("accelerometer_yaw", |p| p.accelerometer_yaw = 0.03),
+    let errors: [(&str, Planting); 9] = [
+        ("yaw_rate_zero", |p| p.sensors.yaw_rate_zero = 0.02),
+        ("ay_zero", |p| p.sensors.ay_zero = 0.1),
+        ("ax_zero", |p| p.sensors.ax_zero = 0.1),
+        ("vy_zero", |p| p.sensors.vy_zero = 0.1),
+        ("attitude_scale", |p| p.sensors.attitude_scale = 0.03),
+        ("attitude_delay", |p| p.sensors.attitude_delay = 0.03),
+        ("velocity_height", |p| p.sensors.velocity_height = 0.3),
+        ("accelerometer", |p| p.sensors.accelerometer = [0.3, 0.3]),
+        ("accelerometer_yaw", |p| p.sensors.accelerometer_yaw = 0.03),
     ];
     for (name, plant) in errors {
         let mut wrong = none.clone();

@@ -41,7 +41,8 @@ fn slip_angles_know_springs_and_steering() {
         let mean = errors.iter().sum::<f64>() / n;
         (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt()
     };
-    let rigid = Parameters { sag: [0.0; 2], normal_trail: 0.0, ..values.clone() };
+    let mut rigid = values.clone();
+    (rigid.vehicle.sag, rigid.vehicle.normal_trail) = ([0.0; 2], 0.0);
     for k in 0..2 {
         let [with, without] = [error(values, k), error(&rigid, k)];
         println!("wheel {k}: {with:.2e} rad, without {without:.2e}");

@@ -13,7 +13,7 @@ use roadbench::internals::segment::manoeuvre::Direction;
 use roadbench::internals::simulate::effects::ModelError;
 use roadbench::internals::simulate::manoeuvre::Manoeuvre;
 use roadbench::internals::simulate::plan::Phase;
-use roadbench::internals::simulate::population::Machine;
+use roadbench::internals::simulate::population::DrawnMachine;
 use roadbench::internals::simulate::population::bike::BikeFile;
 use roadbench::internals::simulate::ride::Sample;
 use roadbench::internals::simulate::scenario::Scenario;
@@ -105,7 +105,7 @@ fn multibody_motorcycles_lean_as_asked() {
     let scenario = Scenario::builtin("naturalistic").expect("scenario");
     let mut tours = vec![Tour::load("slalom").expect("built in").expect("nonlinear")];
     for number in 0..2 {
-        let machine = Machine::draw(1, number, 0).expect("built in");
+        let machine = DrawnMachine::draw(1, number, 0).expect("built in");
         let tour = machine.tour(&scenario, &ModelError::default(), BikeFile::Full);
         tours.push(tour.expect("stands"));
     }

@@ -19,6 +19,8 @@ const DEGREES: f64 = 57.295_78;
 const LARGEST: f64 = 1.4;
 /// Largest `v r / g`: 72 deg of lean.
 const LARGEST_LATERAL: f64 = 3.0;
+/// Middle of the leans of a ride beyond which it is not counted from upright, rad: a ride of one circle leans less.
+const OFFSET: f64 = 1.2;
 /// `v r / g` above which it is a bend.
 const BEND: f64 = 0.1;
 /// Yaw rate above which it is a turn, rad/s.
@@ -35,6 +37,11 @@ const STEERED: f64 = 3.0;
 const SLOW: f64 = 9.0;
 
 pub(crate) fn check(view: &View, bike: Option<&Bike>, out: &mut Findings<'_>) -> Result<(), Error> {
+    if let Some(offset) = counted_from_elsewhere(view) {
+        out.push(offset)?;
+        // what is said of signs and units would be of the offset
+        return bike.map_or(Ok(()), |bike| steer(view, bike, out));
+    }
     for channel in [Channel::Roll, Channel::Pitch, Channel::SteerAngle] {
         let p99 = view.get(channel).and_then(|x| view.p99(|i| x[i]));
         if let Some(p99) = p99.filter(|p| *p > LARGEST) {
@@ -53,6 +60,25 @@ pub(crate) fn check(view: &View, bike: Option<&Bike>, out: &mut Findings<'_>) ->
     rate_of_angle(view, Channel::Pitch, Channel::PitchRate, out)?;
     bends(view, out)?;
     bike.map_or(Ok(()), |bike| steer(view, bike, out))
+}
+
+/// A lean that is not zero upright, but counted from the horizontal, say: it swings about a middle that no ride has.
+fn counted_from_elsewhere(view: &View) -> Option<Finding> {
+    let roll = view.get(Channel::Roll)?;
+    let middle = view.median(|i| roll[i])?;
+    let swing = view.p99(|i| roll[i] - middle.value)?;
+    // numbers in degrees that are read as rad swing by more
+    (middle.value.abs() > OFFSET && swing < LARGEST).then(|| Finding {
+        code: RejectionCode::UnitAngle,
+        channel: Channel::Roll,
+        count: middle.n,
+        message: format!(
+            "roll is {:.2} rad ({:.0} deg) in the middle of the ride and swings about that by {swing:.2} rad: upright it has \
+             to be 0; give the channel map an `offset` of minus what the log says upright",
+            middle.value,
+            middle.value.to_degrees()
+        ),
+    })
 }
 
 /// Whether an angle is larger than one in radians can be.

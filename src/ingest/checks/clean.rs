@@ -3,6 +3,7 @@
 //! What is found becomes NaN, and a warning says so. All tests are conservative: a doubtful
 //! sample stays, the robust fits behind can live with it.
 
+use super::{frozen, zero_speed};
 use crate::contract::schema;
 use rayon::prelude::*;
 
@@ -111,6 +112,10 @@ pub(crate) fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warni
     warnings.extend(said.into_iter().flatten());
     let mut keep = keep.into_iter();
     tracks.retain(|_| keep.next() == Some(true));
+    zero_speed::take_out(log, warnings);
+    if config.stuck_time > 0.0 {
+        frozen::take_out(log, config.stuck_time, warnings);
+    }
 }
 
 /// One channel under examination.

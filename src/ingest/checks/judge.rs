@@ -36,7 +36,7 @@ pub fn by_motion(
     for part in parts(channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
         let Decoded { columns, .. } = decode(log, aids, &wanted)?;
-        columns.iter().enumerate().for_each(|(i, column)| judged.put(place + i, column));
+        judged.take(place, columns);
         place += part.len();
     }
     Ok(judge(&judged, radii))

@@ -33,9 +33,11 @@ mod bends;
 #[cfg(test)]
 mod broken;
 pub(crate) mod clean;
+pub(crate) mod coarse;
 mod controls;
 mod course;
 mod finding;
+pub(crate) mod frozen;
 mod impossible;
 pub(crate) mod judge;
 mod sideways;
@@ -47,6 +49,7 @@ pub(crate) mod switches;
 #[cfg(test)]
 mod tests;
 mod view;
+mod zero_speed;
 
 use finding::{Finding, Findings};
 use view::View;
@@ -108,6 +111,7 @@ fn run<'a>(
         });
     }
     let mut view = View::new(session);
+    findings.warnings.extend(coarse::take_out(session, &mut view));
     if view.count_moving() < view::FEWEST {
         findings.push(Finding {
             code: RejectionCode::Standstill,

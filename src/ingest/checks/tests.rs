@@ -229,6 +229,29 @@ fn degrees() {
     }
 }
 
+/// A lean that is counted from the horizontal is no lean in degrees, and none to the wrong side.
+#[test]
+fn a_lean_that_is_not_zero_upright() {
+    for quarter in [0.5 * PI, -0.5 * PI] {
+        let mut session = ride(1);
+        session.get_mut(Channel::Roll).expect("there").iter_mut().for_each(|x| *x += quarter);
+        let said = check(&mut session, Some(&bike()), &Config::default()).expect_err("an offset");
+        assert_eq!(said.code.as_str(), "unit_angle");
+        assert!(said.message.contains("`offset`") && !said.message.contains("degrees"), "{said}");
+    }
+}
+
+/// A position of three decimals says nothing of a speed, and contradicts none.
+#[test]
+fn a_coarse_position_is_no_witness() {
+    let mut session = ride(1);
+    for channel in LATITUDE {
+        let x = session.get_mut(channel).expect("there");
+        x.iter_mut().for_each(|x| *x = (1e3 * *x).round() / 1e3);
+    }
+    assert_eq!(codes(session), Ok(vec!["coarse_position"]));
+}
+
 #[test]
 fn signs() {
     use Channel as C;

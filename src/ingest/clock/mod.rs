@@ -10,13 +10,15 @@ use std::sync::Arc;
 pub(crate) mod extent;
 pub(crate) mod gaps;
 pub(crate) mod grid;
+pub(crate) mod held;
 pub(crate) mod resample;
 mod single;
 pub(crate) mod stamps;
 mod together;
+pub(crate) mod wraps;
 
 use single::Repaired;
-pub(crate) use single::{Clock, spread};
+pub(crate) use single::{Clock, longest, spread};
 
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;

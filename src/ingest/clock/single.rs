@@ -235,6 +235,14 @@ fn longest_part(stamps: &[f64], kept: &[usize]) -> (Vec<usize>, Vec<f64>) {
     (kept[longest].to_vec(), descents)
 }
 
+/// The rows of the part that [`repair_one`] keeps of a clock that jumps back or far ahead; `None` where it does not jump.
+pub(crate) fn longest(stamps: &[f64]) -> Option<Vec<usize>> {
+    let mut kept: Vec<usize> = (0..stamps.len()).filter(|&i| stamps[i].is_finite()).collect();
+    drop_outliers(stamps, &mut kept, &mut Fault::default(), 0.0);
+    let (part, descents) = longest_part(stamps, &kept);
+    (!descents.is_empty()).then_some(part)
+}
+
 /// Leaves out rows whose stamp is not later than every one before.
 fn strictly_increasing(stamps: &[f64], kept: &mut Vec<usize>, out: &mut Repaired, start: f64) {
     let mut latest = f64::NEG_INFINITY;

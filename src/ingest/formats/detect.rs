@@ -39,7 +39,11 @@ pub fn format_of(log: impl Into<Location>) -> Result<&'static LogFormat, Error> 
     // almost any text could be a table
     let sure = found.is_some_and(|f| f.name != "csv");
     if let Some(advice) = unread::advice(&head).filter(|_| !sure) {
-        return Err(Error::new(RejectionCode::UnknownFormat, format!("{log} is {advice}")));
+        let code = match unread::is_packed(advice) {
+            true => RejectionCode::UnknownCompression,
+            false => RejectionCode::UnknownFormat,
+        };
+        return Err(Error::new(code, format!("{log} is {advice}")));
     }
     found.ok_or_else(|| {
         let names: Vec<&str> = FORMATS.iter().map(|f| f.name).collect();

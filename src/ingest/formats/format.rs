@@ -16,15 +16,19 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::contract::session::Meta;
+use crate::contract::warning::Warning;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::ident;
 use crate::ingest::maps::bind::{fit, is_for};
+use crate::ingest::maps::propose::columns_called;
 use crate::ingest::maps::{ChannelMap, Maps, ShippedMap};
 use crate::ingest::raw::{Identified, Raw};
+use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
 /// A log format: everything that the rest of the program has to know of it.
@@ -198,8 +202,10 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         map.needed().into_iter().map(|name| listing.find(name)).collect::<Result<_, Error>>()?;
     let Decoded { columns, warnings, markers } = F::decode(log, &map.aids, &wanted)?;
     let meta = who(log, &listing, &map);
+    let left = left_out(&listing, &wanted, &map).filter(|_| !maps.given);
     let mut all = listing.warnings;
     all.extend(warnings);
+    all.extend(left);
     Ok(Raw {
         meta,
         tracks: map.apply(columns)?,
@@ -209,7 +215,33 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         imu: map.imu,
         markers,
         map: Some(map.name),
+        zero: None,
     })
+}
+
+/// Names that a warning lists, at most.
+const LISTED: usize = 40;
+
+/// Channels that a map of the program leaves out although it has nothing else for the columns that they are called like:
+/// whoever did not write the map does not know.
+fn left_out(listing: &Listing, wanted: &[&SourceChannel], map: &ChannelMap) -> Option<Warning> {
+    let fed = |column: &Channel| map.entries.iter().any(|e| e.channel == *column);
+    let unread = listing.channels.iter().filter(|c| !wanted.contains(c));
+    let names: Vec<String> = unread.clone().map(SourceChannel::full).collect();
+    let lost = unread.filter(|c| columns_called(&c.name).iter().any(|column| !fed(column))).count();
+    if lost == 0 {
+        return None;
+    }
+    let more = match names.len().checked_sub(LISTED) {
+        None | Some(0) => String::new(),
+        Some(more) => format!(" and {more} more"),
+    };
+    let message = format!(
+        "not read by channel map {}: {}{more}; `roadbench map LOG` drafts a map that reads what it knows of them",
+        map.name,
+        names[..names.len().min(LISTED)].join(", ")
+    );
+    Some(warning("unknown_column", None, names.len(), None, message))
 }
 
 /// A library that reads damaged bytes may panic; that is an unreadable log, not our end.

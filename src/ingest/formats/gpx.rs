@@ -24,7 +24,7 @@ use crate::contract::session::Meta;
 use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::stamps;
 use crate::ingest::error::Error;
-use crate::ingest::formats::csv::start_time;
+use crate::ingest::formats::csv::{start_time, text};
 use crate::ingest::formats::format::{Format, Head};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::maps::{ShippedMap, shipped_map};
@@ -54,7 +54,9 @@ impl Format for Gpx {
     const MAPS: &'static [ShippedMap] = &[shipped_map!("gpx")];
 
     fn sniff(head: &Head<'_>) -> bool {
-        let start = &head.bytes[..head.bytes.len().min(4096)];
+        let utf8 = text::is_utf16(head.bytes).then(|| text::whole(head.bytes).into_bytes());
+        let bytes = utf8.as_deref().unwrap_or(head.bytes);
+        let start = &bytes[..bytes.len().min(4096)];
         let gpx = |w: &[u8]| w == b"<gpx " || w == b"<gpx>" || w == b"<gpx\n" || w == b"<gpx\r";
         start.windows(5).any(gpx) || start.windows(TCX.len()).any(|w| w == TCX)
     }
@@ -143,7 +145,8 @@ impl Track {
     fn read(log: &Location) -> Result<Self, Error> {
         let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
         let mut track = Track::default();
-        if let Err(e) = track.parse(&bytes) {
+        let utf8 = text::is_utf16(&bytes).then(|| text::whole(&bytes).into_bytes());
+        if let Err(e) = track.parse(utf8.as_deref().unwrap_or(&bytes)) {
             track.broken = Some(e);
         }
         if !track.time.is_empty() {

@@ -1,5 +1,7 @@
 //! The contents of a log: its channels and its own metadata.
 
+use std::collections::HashMap;
+
 use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
 use crate::contract::session::{Markers, Meta};
@@ -53,6 +55,8 @@ pub struct SourceChannel {
     pub rate: Option<f64>,
     /// Where the format finds it again: its own business.
     pub place: [usize; 3],
+    /// Which of the channels of this group and name it is, from 1; 0 where it is the only one.
+    pub twin: usize,
 }
 
 /// Decoded channels.
@@ -67,12 +71,15 @@ pub struct Decoded {
 }
 
 impl SourceChannel {
-    /// Group and name.
+    /// Group and name, and of several that are called so which it is: `Speed #2`.
     pub fn full(&self) -> String {
-        if self.group.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{}/{}", self.group, self.name)
+        let name = match self.group.is_empty() {
+            true => self.name.clone(),
+            false => format!("{}/{}", self.group, self.name),
+        };
+        match self.twin {
+            0 => name,
+            twin => format!("{name} #{twin}"),
         }
     }
 
@@ -83,7 +90,20 @@ impl SourceChannel {
             let rest = text.strip_prefix(self.group.as_str())?.strip_prefix(['/', '.'])?;
             Some(rest == self.name)
         };
-        text == self.name || (!self.group.is_empty() && with_group() == Some(true))
+        let exact = text == self.name || (self.twin > 0 && text == self.full());
+        exact || (!self.group.is_empty() && with_group() == Some(true))
+    }
+}
+
+/// Numbers the channels that are called alike, so that each has a name of its own.
+pub(crate) fn number_twins(channels: &mut [SourceChannel]) {
+    let mut seen: HashMap<(&str, &str), Vec<usize>> = HashMap::new();
+    for (place, c) in channels.iter().enumerate() {
+        seen.entry((c.group.as_str(), c.name.as_str())).or_default().push(place);
+    }
+    let twins: Vec<Vec<usize>> = seen.into_values().filter(|places| places.len() > 1).collect();
+    for (number, place) in twins.iter().flat_map(|places| (1..).zip(places)) {
+        channels[*place].twin = number;
     }
 }
 

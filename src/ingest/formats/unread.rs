@@ -11,6 +11,11 @@ const UNREAD: &[(&str, &str)] = &[
     (".bag", "a ROS 1 bag, which is not read: write it as MCAP with `mcap convert`"),
     (".gz", "compressed: call it `.gz` behind the ending of what is in it (`ride.asc.gz`), or unpack it (`gunzip`)"),
     (".zst", "compressed: call it `.zst` behind the ending of what is in it (`ride.csv.zst`), or unpack it (`unzstd`)"),
+    (".bz2", "packed with bzip2, which is not read: unpack it (`bunzip2`), or pack it as `.gz` or `.zst`"),
+    (".xz", "packed with xz, which is not read: unpack it (`unxz`), or pack it as `.gz` or `.zst`"),
+    (".7z", "packed with 7-Zip, which is not read: unpack it, or pack it as `.zip`, `.gz` or `.zst`"),
+    (".rar", "packed with RAR, which is not read: unpack it, or pack it as `.zip`, `.gz` or `.zst`"),
+    (".lz4", "packed with LZ4, which is not read: unpack it (`unlz4`), or pack it as `.gz` or `.zst`"),
     (".zip", "an archive: unpack it first (`unzip`)"),
     (".fit", "called a FIT file and has not the header of one: it is damaged, or something else; export the activity again as FIT, GPX or TCX"),
     (".kml", "a KML file of Google Earth, which is not read: export the track as GPX, or convert it with `gpsbabel -i kml -o gpx`"),
@@ -33,12 +38,22 @@ const UNREAD: &[(&str, &str)] = &[
     (".html", "a page of HTML, which is no log: was it downloaded without logging in?"),
 ];
 
+/// Whether that is said of a file that is packed in a way that is not read.
+pub(crate) fn is_packed(advice: &str) -> bool {
+    advice.starts_with("packed with")
+}
+
 /// What to say of a log that no format claims, if its name or first bytes are known.
 pub(crate) fn advice(head: &Head<'_>) -> Option<&'static str> {
     let of = |ending: &str| UNREAD.iter().find(|u| u.0 == ending).map(|u| u.1);
     let by_bytes = match head.bytes {
         [0x1f, 0x8b, ..] => of(".gz"),
         [0x28, 0xb5, 0x2f, 0xfd, ..] => of(".zst"),
+        bytes if bytes.starts_with(b"BZh") => of(".bz2"),
+        bytes if bytes.starts_with(b"\xfd7zXZ\0") => of(".xz"),
+        bytes if bytes.starts_with(b"7z\xbc\xaf\x27\x1c") => of(".7z"),
+        bytes if bytes.starts_with(b"Rar!\x1a\x07") => of(".rar"),
+        [0x04, 0x22, 0x4d, 0x18, ..] => of(".lz4"),
         bytes if bytes.starts_with(b"SQLite format 3\0") => of(".db3"),
         bytes if bytes.starts_with(b"#ROSBAG") => of(".bag"),
         bytes if bytes.starts_with(b"<hCNF") => of(".xrk"),
@@ -103,6 +118,8 @@ mod tests {
             ("ride.nmea", b"\x00\x01", "RMC and GGA"),
             ("ride.ubx", b"\x00\x01", "NAV-PVT"),
             ("ride.csv", b"PK\x03\x04\x14\0\x06\0\x08\0xl/workbook.xml", "save the sheet as CSV"),
+            ("ride.csv.bz2", b"BZh91AY&SY", "bunzip2"),
+            ("ride.csv", b"\xfd7zXZ\0\0\x04", "unxz"),
             ("ride.csv", b"\n<?xml version=\"1.0\"?><kml xmlns=\"x\">", "GPX"),
             ("ride.log", b"[\n {\"t\": 0}]", "JSON"),
         ] {

@@ -39,7 +39,8 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("micros", "time", 1e-6, 0.0), ("microseconds", "time", 1e-6, 0.0), ("nanoseconds", "time", 1e-9, 0.0),
     ("sek", "time", 1.0, 0.0), ("sekunden", "time", 1.0, 0.0), ("minuten", "time", 60.0, 0.0), ("secondes", "time", 1.0, 0.0),
     ("segundos", "time", 1.0, 0.0), ("secondi", "time", 1.0, 0.0), ("seconden", "time", 1.0, 0.0), ("seg", "time", 1.0, 0.0),
-    ("с", "time", 1.0, 0.0), ("мс", "time", 1e-3, 0.0),
+    ("с", "time", 1.0, 0.0), ("мс", "time", 1e-3, 0.0), ("秒", "time", 1.0, 0.0), ("度", "angle", DEG, 0.0),
+    ("бар", "pressure", 1e5, 0.0),
     ("m/s", "speed", 1.0, 0.0), ("m/sec", "speed", 1.0, 0.0), ("mps", "speed", 1.0, 0.0), ("ms-1", "speed", 1.0, 0.0),
     ("meters/second", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("km/hr", "speed", 1.0 / 3.6, 0.0),
     ("kmh", "speed", 1.0 / 3.6, 0.0), ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0),
@@ -56,6 +57,8 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("rad", "angle", 1.0, 0.0), ("radian", "angle", 1.0, 0.0), ("radians", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0),
     ("grados", "angle", DEG, 0.0), ("gradi", "angle", DEG, 0.0), ("degres", "angle", DEG, 0.0), ("graus", "angle", DEG, 0.0),
     ("graden", "angle", DEG, 0.0), ("stopnie", "angle", DEG, 0.0), ("degrés", "angle", DEG, 0.0),
+    ("centideg", "angle", 1e-2 * DEG, 0.0), ("cdeg", "angle", 1e-2 * DEG, 0.0), ("decideg", "angle", 0.1 * DEG, 0.0),
+    ("ddeg", "angle", 0.1 * DEG, 0.0), ("mdeg", "angle", 1e-3 * DEG, 0.0),
     ("deg", "angle", DEG, 0.0), ("degs", "angle", DEG, 0.0), ("degree", "angle", DEG, 0.0), ("degrees", "angle", DEG, 0.0),
     ("rad/s", "angular rate", 1.0, 0.0), ("rad/sec", "angular rate", 1.0, 0.0), ("rads-1", "angular rate", 1.0, 0.0),
     ("mrad/s", "angular rate", 1e-3, 0.0), ("deg/s", "angular rate", DEG, 0.0), ("deg/sec", "angular rate", DEG, 0.0),
@@ -64,9 +67,13 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("r/min", "angular rate", RPM, 0.0), ("rev/min", "angular rate", RPM, 0.0), ("u/min", "angular rate", RPM, 0.0), ("upm", "angular rate", RPM, 0.0),
     ("tr/min", "angular rate", RPM, 0.0), ("giri/min", "angular rate", RPM, 0.0), ("obr/min", "angular rate", RPM, 0.0),
     ("1/min", "angular rate", RPM, 0.0), ("min-1", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
+    ("mdps", "angular rate", 1e-3 * DEG, 0.0), ("mdeg/s", "angular rate", 1e-3 * DEG, 0.0), ("deg/min", "angular rate", DEG / 60.0, 0.0),
+    ("degrees/min", "angular rate", DEG / 60.0, 0.0), ("deg/h", "angular rate", DEG / 3600.0, 0.0),
     ("rps", "angular rate", 60.0 * RPM, 0.0), ("hz", "angular rate", 60.0 * RPM, 0.0),
     ("pa", "pressure", 1.0, 0.0), ("hpa", "pressure", 1e2, 0.0), ("kpa", "pressure", 1e3, 0.0),
     ("bar", "pressure", 1e5, 0.0), ("barg", "pressure", 1e5, 0.0), ("mbar", "pressure", 1e2, 0.0), ("mb", "pressure", 1e2, 0.0),
+    ("dbar", "pressure", 1e4, 0.0), ("decibar", "pressure", 1e4, 0.0), ("kgf/cm2", "pressure", 1e4 * G, 0.0),
+    ("kg/cm2", "pressure", 1e4 * G, 0.0), ("kp/cm2", "pressure", 1e4 * G, 0.0),
     ("psi", "pressure", PSI, 0.0), ("psig", "pressure", PSI, 0.0), ("n/m2", "pressure", 1.0, 0.0),
     ("m", "length", 1.0, 0.0), ("meter", "length", 1.0, 0.0), ("metre", "length", 1.0, 0.0), ("meters", "length", 1.0, 0.0),
     ("metres", "length", 1.0, 0.0), ("cm", "length", 1e-2, 0.0), ("mm", "length", 1e-3, 0.0), ("um", "length", 1e-6, 0.0),
@@ -227,14 +234,31 @@ fn known(dimension: &str) -> String {
 }
 
 fn lookup(text: &str) -> Option<Unit> {
+    // only its case tells it from mPa, which nobody rides with
+    if text.trim() == "MPa" {
+        return Some(Unit { dimension: "pressure", factor: 1e6, offset: 0.0 });
+    }
     let text: String =
         text.chars().filter(|c| !(c.is_whitespace() || matches!(c, '·' | '^'))).collect();
     let text = text.to_lowercase().replace('²', "2").replace('¹', "1").replace('⁻', "-");
     let text = text.replace('°', "deg").replace(['µ', 'μ'], "u");
-    UNITS.iter().find(|u| u.0 == text).map(|&(_, dimension, factor, offset)| Unit {
-        dimension,
-        factor,
-        offset,
+    listed(&text).or_else(|| scaled(&text))
+}
+
+fn listed(text: &str) -> Option<Unit> {
+    let &(_, dimension, factor, offset) = UNITS.iter().find(|u| u.0 == text)?;
+    Some(Unit { dimension, factor, offset })
+}
+
+/// A fraction of a unit, as loggers write that keep whole numbers: `0.1km/h`, `0.01 deg`, `1e-7deg`. A number that is no
+/// fraction is a sensor's range (`16 g`), and none.
+fn scaled(text: &str) -> Option<Unit> {
+    let places = text.char_indices().map(|(i, _)| i).skip(1);
+    places.filter(|&i| text[..i].ends_with(|c: char| c.is_ascii_digit())).find_map(|i| {
+        let share: f64 = text[..i].replace(',', ".").parse().ok()?;
+        let unit = listed(text[i..].trim_start_matches(['*', 'x', '×']))?;
+        let is_fraction = share > 0.0 && share < 1.0 && unit.dimension != "ratio";
+        (is_fraction && unit.offset == 0.0).then_some(Unit { factor: share * unit.factor, ..unit })
     })
 }
 
@@ -281,6 +305,17 @@ mod tests {
             (3.6, "l/h", "cc/min", 60.0),
             (2.5, "litre", "l", 2.5),
             (1.0, "mile", "km", 1.609_344),
+            (2.5, "MPa", "bar", 25.0),
+            (250.0, "dbar", "bar", 25.0),
+            (1.0, "kgf/cm2", "Pa", 98_066.5),
+            (1500.0, "centideg", "deg", 15.0),
+            (1500.0, "mdps", "deg/s", 1.5),
+            (541.0, "0.1 km/h", "km/h", 54.1),
+            (1500.0, "0.01deg", "deg", 15.0),
+            (4.7e8, "1e-7 deg", "deg", 47.0),
+            (250.0, "0,1 bar", "bar", 25.0),
+            (125.0, "0.02bar", "bar", 2.5),
+            (90.0, "deg/min", "deg/s", 1.5),
         ];
         for (x, from, to, y) in cases {
             let got = convert(x, from, to);
@@ -303,6 +338,17 @@ mod tests {
         assert!(message.contains("mph") && !message.contains("rad/s"), "{message}");
         let message = conversion("deg", "m/s").expect_err("mixed").to_string();
         assert!(message.contains("angle"), "{message}");
+    }
+
+    /// Ranges of sensors and numbers of channels are no units.
+    #[test]
+    fn only_a_fraction_scales_a_unit() {
+        for none in
+            ["16 g", "2g", "0.1", "0.1 F/R", "-0.1 bar", "0 bar", "0.1 degC x", "infdeg", "1 %"]
+        {
+            assert_eq!(dimension(none), None, "{none}");
+        }
+        assert_eq!(of_name("Lean (0.1 deg)"), ("Lean", Some("0.1 deg")));
     }
 
     #[test]

@@ -4,5 +4,6 @@
 pub(crate) mod inertial;
 pub(crate) mod low_pass;
 pub(crate) mod navigation;
+pub(crate) mod receiver;
 pub(crate) mod track;
 pub(crate) mod yaw;

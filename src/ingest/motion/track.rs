@@ -87,11 +87,26 @@ pub(crate) fn middle_speed(speed: &[f64]) -> Option<f64> {
     crate::statistics::order::upper_median(&mut moving)
 }
 
-/// Takes positions out that no receiver gave: 0, 0 before the first fix, and what is on no globe. How many they are.
+/// No ride is so long, degrees: a coordinate of 0 that is this far from every other is none.
+const AWAY: f64 = 3.0;
+
+/// Takes positions out that no receiver gave: 0 or the pole before the first fix, and what is on no globe. How many they are.
 pub(crate) fn without_fix(latitude: &mut [f64], longitude: &mut [f64]) -> usize {
+    // some write one of them alone; only near the equator or Greenwich it is a place
+    let is_far = |values: &[f64]| {
+        let mut others = values.iter().filter(|v| v.is_finite() && **v != 0.0).peekable();
+        others.peek().is_some() && others.all(|v| v.abs() > AWAY)
+    };
+    let (north_far, east_far) = (is_far(latitude), is_far(longitude));
     let mut count = 0;
     for (north, east) in latitude.iter_mut().zip(longitude) {
-        if (*north == 0.0 && *east == 0.0) || north.abs() > 90.0 || east.abs() > 360.0 {
+        let zero = match (*north == 0.0, *east == 0.0) {
+            (true, true) => true,
+            (true, false) => north_far,
+            (false, true) => east_far,
+            (false, false) => false,
+        };
+        if zero || north.abs() >= 90.0 || east.abs() > 360.0 {
             (*north, *east) = (f64::NAN, f64::NAN);
             count += 1;
         }
@@ -207,9 +222,14 @@ mod tests {
 
     #[test]
     fn no_fix_is_no_position() {
-        let (mut north, mut east) = (vec![0.0, 47.0, 0.0, 9999.0], vec![0.0, 8.0, 8.0, 9999.0]);
-        assert_eq!(without_fix(&mut north, &mut east), 2);
-        assert!(north[0].is_nan() && east[3].is_nan() && north[2] == 0.0 && east[1] == 8.0);
+        let (mut north, mut east) =
+            (vec![0.0, 47.0, 0.0, 9999.0, 90.0], vec![0.0, 8.0, 8.0, 9999.0, 180.0]);
+        assert_eq!(without_fix(&mut north, &mut east), 4);
+        assert!(north[4].is_nan());
+        assert!(north[0].is_nan() && east[3].is_nan() && north[2].is_nan() && east[1] == 8.0);
+        // along the equator
+        let (mut north, mut east) = (vec![0.1, 0.0, -0.1], vec![8.0, 8.1, 8.2]);
+        assert_eq!(without_fix(&mut north, &mut east), 0);
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl Band {
         let is_other_side =
             |i: usize, j: usize| curve.x.get(j).is_some_and(|x| curve.x[i] * x <= 0.0);
         let is_beside_zero = |i: usize| is_other_side(i, i + 1) || i > 0 && is_other_side(i, i - 1);
-        let is_kept = |i: &usize| i % STEP == 0 || *i == last || is_beside_zero(*i);
+        let is_kept = |i: &usize| i.is_multiple_of(STEP) || *i == last || is_beside_zero(*i);
         for i in (0..curve.x.len()).filter(is_kept) {
             band.x.push(short(curve.x[i]));
             band.y.push(short(curve.y[i]));

@@ -50,6 +50,107 @@ fn units() {
     ]);
 }
 
+/// Counters that come to their end go on; names and forms that loggers have.
+#[test]
+fn counters_and_other_forms() {
+    let wrapped = |what, clock: &str, start: f64, turn: f64, scale: f64| {
+        let places = if scale > 1.0 { 0 } else { 1 };
+        let stamp = |_: usize, r: &Row| {
+            format!("{:.places$}", (scale * (start + r.t)).round_ties_even().rem_euclid(turn))
+        };
+        let part = |_: usize, r: &Row| format!("{:.places$}", (start + r.t).rem_euclid(turn));
+        let text = match places {
+            0 => csv(clock, &usual(), stamp),
+            _ => csv(clock, &usual(), part),
+        };
+        case(what, text, Warned("time_wrapped"))
+    };
+    let second = |_: usize, r: &Row| format!("{:.1}", (45.0 + r.t) % 60.0);
+    hold(vec![
+        wrapped("16 bits of ms", "Time (ms)", 55.0, 65_536.0, 1e3),
+        wrapped("32 bits of ms", "millis", 4_294_950.0, 4_294_967_296.0, 1e3),
+        wrapped("32 bits of us", "micros", 4280.0, 4_294_967_296.0, 1e6),
+        wrapped("the week of GPS", "TOW", 604_790.0, 604_800.0, 1.0),
+        Case { expected: Warned("time_wrapped"), ..with("second of the minute", "Second", second) },
+        with("seconds called ts", "ts", |_, r| format!("{:.3}", START + r.t)),
+        with("iTOW", "iTOW", |_, r| format!("{:.0}", 208_785_000.0 + 1e3 * r.t)),
+        with("datenum", "datenum", |_, r| format!("{:.10}", 740_279.416_493 + r.t / 86_400.0)),
+        with("groups of digits", "Zeit (ms)", |_, r| {
+            let ms = (1e3 * r.t).round() as u64;
+            if ms < 1000 { ms.to_string() } else { format!("{}'{:03}", ms / 1000, ms % 1000) }
+        }),
+        with("digits of date and time", "time", |_, r| {
+            format!("20261025{}", of_day(36_045.0 + r.t).replace(':', ""))
+        }),
+        with("digits of date and time in ms", "timestamp", |_, r| {
+            format!("20261025{}", of_day(36_045.0 + r.t).replace([':', '.'], ""))
+        }),
+        with("a month in German", "Zeit", |_, r| {
+            format!("25. Okt. 2026 {}", of_day(36_045.0 + r.t))
+        }),
+        with("a zone by its name", "time", |_, r| {
+            format!("2026-10-25 {} CEST", of_day(36_045.0 + r.t))
+        }),
+        with("a. m.", "Hora", |_, r| format!("25/10/2026 {} a. m.", of_day(36_045.0 + r.t))),
+        with("dots", "Ora", |_, r| of_day(36_045.0 + r.t).replace(':', ".")),
+        Case {
+            expected: Refused("run backwards"),
+            ..with("backwards", "Time (s)", |_, r| format!("{:.2}", 60.0 - r.t))
+        },
+        Case {
+            expected: Refused("too few digits"),
+            ..with("as a spreadsheet writes it", "Timestamp (ms)", |_, _| "1.79284E+12".to_owned())
+        },
+    ]);
+}
+
+/// A speed in a scale that its name does not say moves no clock.
+#[test]
+fn scales_of_the_speed() {
+    let with_speed = |what, name: &str, scale: f64| {
+        let mut text = format!("Time (s),{name},Latitude (deg),Longitude (deg),Lean (deg)\n");
+        for r in &usual() {
+            let v = (scale * r.kmh()).round();
+            let _ = writeln!(text, "{:.2},{v},{:.7},{:.7},{:.1}", r.t, r.lat, r.lon, r.lean);
+        }
+        case(what, text, Right)
+    };
+    hold(vec![
+        with_speed("tenths of km/h without a word", "gps_speed", 10.0),
+        with_speed("hundredths of km/h with one", "GPS Speed (0.01 km/h)", 100.0),
+        with_speed("cm/s without a word", "gps_speed", 100.0 / 3.6),
+    ]);
+}
+
+/// The start time is that of the part that is read.
+#[test]
+fn the_start_is_of_what_is_read() {
+    let rows = ride(120, 0.5);
+    let of = |clock: &str, stamp: &dyn Fn(&Row) -> String| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("ride.csv");
+        std::fs::write(&path, csv(clock, &rows, |_, r| stamp(r))).expect("written");
+        let (session, warnings, map) = read(&path).expect(clock);
+        session.meta.start_time.unwrap_or_else(|| panic!("{clock}: no start, {warnings:?}\n{map}"))
+    };
+    let unix = |s: f64| format!("{:.1}", s);
+    // not set before the first fix
+    let before_fix =
+        |r: &Row| if r.t < 8.0 { unix(315_964_800.0 + r.t) } else { unix(START + r.t) };
+    assert_eq!(of("Time", &before_fix), "2026-10-25T10:00:08Z");
+    // put right from the time of GPS to UTC
+    let leap = |r: &Row| unix(START + r.t + if r.t < 8.0 { 18.0 } else { 0.0 });
+    assert_eq!(of("Time", &leap), "2026-10-25T10:00:00Z");
+    assert_eq!(
+        of("Date,Time", &|r| format!("25/10/2026,{}", of_day(36_000.0 + r.t))),
+        "2026-10-25T10:00:00Z"
+    );
+    let nmea = |r: &Row| format!("251026,{}", of_day(36_000.0 + r.t).replace(':', ""));
+    assert_eq!(of("date,time", &nmea), "2026-10-25T10:00:00Z");
+    let parts = |r: &Row| format!("2026,10,25,10,{},{:.1}", (r.t / 60.0).floor(), r.t % 60.0);
+    assert_eq!(of("Year,Month,Day,Hour,Min,Sec", &parts), "2026-10-25T10:00:00Z");
+}
+
 #[test]
 fn calendars() {
     hold(vec![

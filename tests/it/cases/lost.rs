@@ -34,12 +34,78 @@ fn the_motion_decides_all_the_same() {
                 (x[1], x[2]) = (0.0, 0.0);
             }
         }),
+        log("0/0 and no speed in the middle", Warned("no_fix"), |r, x| {
+            if within(r, 20.0, 3.0) {
+                (x[0], x[1], x[2]) = (0.0, 0.0, 0.0);
+            }
+        }),
+        log("latitude 0 alone", Warned("no_fix"), |r, x| {
+            if within(r, 20.0, 3.0) {
+                x[1] = 0.0;
+            }
+        }),
+        log("a speed of 0 for a while", Warned("zero_speed"), |r, x| {
+            if within(r, 20.0, 3.0) {
+                x[0] = 0.0;
+            }
+        }),
         log("a wheel that is lost", Right, |r, x| {
             if within(r, 30.0, 3.0) {
                 x[3] = 0.0;
             }
         }),
     ]);
+}
+
+/// What a logger writes again in every row until the next fix is no sample; nor is a position that froze.
+#[test]
+fn repeats_of_a_fix_are_no_samples() {
+    let rows = ride(600, 0.1);
+    let held = |every: usize| {
+        let rows = rows.clone();
+        move |r: &Row, x: &mut [f64; 4]| {
+            let fix = &rows[(10.0 * r.t).round() as usize / every * every];
+            (x[0], x[1], x[2]) = (fix.kmh(), fix.lat, fix.lon);
+        }
+    };
+    let at_twenty = rows[200];
+    hold(vec![
+        log("5 Hz in 10 Hz", Warned("repeated_fixes"), held(2)),
+        log("2 Hz in 10 Hz", Warned("repeated_fixes"), held(5)),
+        log("frozen in the middle", Warned("stuck"), |r, x| {
+            if (20.0..24.0).contains(&r.t) {
+                (x[1], x[2]) = (at_twenty.lat, at_twenty.lon);
+            }
+        }),
+        log("90/180 before the first fix", Warned("no_fix"), |r, x| {
+            if r.t < 2.0 {
+                (x[1], x[2]) = (90.0, 180.0);
+            }
+        }),
+    ]);
+}
+
+/// A lean that is counted from the horizontal is brought upright.
+#[test]
+fn a_lean_from_0_to_180() {
+    let rows = ride(600, 0.1);
+    let mut text = csv("Time (s)", &rows, |_, r| format!("{:.2}", r.t));
+    text = text
+        .lines()
+        .map(|line| match line.rsplit_once(',').map(|(rest, lean)| (rest, lean.parse::<f64>())) {
+            // a measured lean is larger than the ideal one
+            Some((rest, Ok(lean))) => format!("{rest},{:.1}\n", 1.06 * lean + 90.0),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ride.csv");
+    std::fs::write(&path, text).expect("written");
+    let (session, _, map) = read(&path).expect("read");
+    assert!(map.contains("offset = -90.0"), "{map}");
+    let roll = session.get(Channel::Roll).expect("a lean");
+    let off = roll.iter().zip(&rows).map(|(x, r)| (x.to_degrees() - 1.06 * r.lean).abs());
+    assert!(off.fold(0.0, f64::max) < 1.0, "{map}");
 }
 
 /// Positions that jump stay in the log; the draft is by the motion.

@@ -8,6 +8,7 @@ mod formats;
 mod languages;
 mod layout;
 mod lost;
+mod positions;
 
 use std::fmt::Write as _;
 use std::path::Path;

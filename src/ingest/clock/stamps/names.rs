@@ -14,7 +14,9 @@ const NAMES: &[(&str, Option<&str>)] = &[
     ("time ms", Some("ms")), ("timems", Some("ms")), ("millis", Some("ms")), ("milliseconds", Some("ms")), ("msec", Some("ms")),
     ("time us", Some("us")), ("timeus", Some("us")), ("micros", Some("us")), ("microseconds", Some("us")), ("usec", Some("us")),
     ("time ns", Some("ns")), ("nanos", Some("ns")), ("nanoseconds", Some("ns")), ("nsec", Some("ns")),
-    ("itow", Some("ms")), ("tow", None), ("time of week", None), ("time of day", None), ("logger time", None),
+    ("itow", Some("ms")), ("i tow", Some("ms")), ("tow", None), ("gps tow", None), ("gps time of week", None), ("ts", None),
+    ("gps ts", None), ("datenum", Some("day")), ("date num", Some("day")), ("second", Some("s")),
+ ("time of week", None), ("time of day", None), ("logger time", None),
     ("seconds", Some("s")), ("sec", Some("s")), ("secs", Some("s")), ("seconds elapsed", Some("s")), ("time sec", Some("s")),
     ("time s", Some("s")), ("minutes", Some("min")), ("mins", Some("min")), ("time min", Some("min")),
     ("hours", Some("h")), ("time h", Some("h")), ("days", Some("day")), ("ms", Some("ms")), ("us", Some("us")), ("ns", Some("ns")),
@@ -160,6 +162,10 @@ mod tests {
             ("Sekunden", Some("s")),
             ("Время", None),
             ("t", None),
+            ("iTOW", Some("ms")),
+            ("ts", None),
+            ("GPS TOW", None),
+            ("datenum", Some("day")),
         ] {
             let found = clock(name).unwrap_or_else(|| panic!("{name}"));
             assert_eq!(found.1, unit, "{name}");

@@ -5,11 +5,16 @@
 //! | time | `h:mm:ss`, `h:mm:ss.sss`, `h:mm:ss,sss`, `h:mm:ss:mmm`, `mm:ss.s`; `AM` or `PM` behind it |
 //! | date | year first with `-`, `/`, `.`; day first with `.` or `-`; with `/` day or month first; `25 Oct 2026` |
 //! | together | date, then time or the other way round, between them blanks, `T`, `_` or a comma; `20261025T100000.5` |
-//! | zone | `Z`, `UTC`, `+02:00`, `+0200`, `+02`; without one the clock is taken for that of UTC |
+//! | digits | `20261025100000`, `20261025100000.5`, `20261025100000500`, `20261025 100000.5` |
+//! | zone | `Z`, `UTC`, `+02:00`, `+0200`, `+02`, `CEST`; without one the clock is taken for that of UTC |
 //! | span | `0 days 00:01:02.5` |
 //!
 //! Without a date a clock starts again at midnight (`mm:ss` at the full hour): [`Clock::finish`] lets it go on. Of
 //! `10/11/2026` nobody knows which is the day: such dates are left out, and the time of day goes on over midnight too.
+
+use super::dates::{
+    Date, WEEKDAYS, ZONES, all_digits, date_of, days_from, month_of, of_digits, whole_year, zone,
+};
 
 /// What a column of stamps turned out to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,6 +45,8 @@ struct Stamp {
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
     kind: Option<Kind>,
+    /// Whether numbers were among the stamps: then what looks like a date of digits is one, too.
+    counts: bool,
 }
 
 const MINUTE: f64 = 60.0;
@@ -49,7 +56,14 @@ const DAY: f64 = 86_400.0;
 impl Clock {
     /// s of a stamp; `None` if it is none, or of another kind than the ones in front of it.
     pub(crate) fn read(&mut self, text: &str) -> Option<f64> {
-        let stamp = stamp(text)?;
+        let digits = || {
+            of_digits(text).map(|(days, seconds)| Stamp {
+                days: Some(days),
+                seconds,
+                of_hour: false,
+            })
+        };
+        let stamp = stamp(text).or_else(digits)?;
         let own = match (stamp.days, stamp.of_hour) {
             (Some(_), _) => Kind::Dated,
             (None, true) => Kind::OfHour,
@@ -64,6 +78,19 @@ impl Clock {
             (Kind::OfHour, None) => Some(stamp.seconds),
             _ => None,
         }
+    }
+
+    /// s of a number that is a date of digits; `None` of one that counts.
+    pub(crate) fn read_number(&mut self, text: &str) -> Option<f64> {
+        if self.counts {
+            return None;
+        }
+        let stamp = of_digits(text);
+        // before the first fix there is nothing but zeros
+        self.counts = stamp.is_none() && text.bytes().any(|b| (b'1'..=b'9').contains(&b));
+        let (days, seconds) = stamp.filter(|_| matches!(self.kind, None | Some(Kind::Dated)))?;
+        self.kind = Some(Kind::Dated);
+        Some(days as f64 * DAY + seconds)
     }
 
     /// The kind of the stamps that were read; [`Kind::Numbers`] of none.
@@ -103,15 +130,34 @@ pub(crate) fn unix(text: &str) -> Option<f64> {
     clock.read(text).filter(|_| clock.kind() == Kind::Dated)
 }
 
+/// The day of a date alone, in days since 1970: as in front of a time of day, or six digits, day or year first. `None` of
+/// one that is not clear.
+pub(crate) fn day(text: &str) -> Option<i64> {
+    let text = text.trim();
+    if text.len() == 6 && all_digits(text) {
+        let of = |range: std::ops::Range<usize>| text.get(range)?.parse::<i64>().ok();
+        let [a, b, c] = [of(0..2)?, of(2..4)?, of(4..6)?];
+        // a receiver's: day, month, year
+        return days_from(2000 + c, b, a).or_else(|| days_from(2000 + a, b, c));
+    }
+    stamp(&format!("{text} 00:00:00"))?.days
+}
+
 /// Reads one stamp.
 fn stamp(text: &str) -> Option<Stamp> {
     let text = text.trim();
     let bytes = text.as_bytes();
     // most cells are none: that is seen at once
     let digits = bytes.iter().filter(|b| b.is_ascii_digit()).count();
-    if digits < 3 || bytes.len() > 48 || !(bytes.contains(&b':') || bytes.contains(&b'T')) {
+    let dotted = || bytes.iter().filter(|b| **b == b'.').count() > 1;
+    if digits < 3
+        || bytes.len() > 48
+        || !(bytes.contains(&b':') || bytes.contains(&b'T') || dotted())
+    {
         return None;
     }
+    let plain = (!text.is_ascii()).then(|| text.replace(['\u{a0}', '\u{202f}'], " "));
+    let text = plain.as_deref().unwrap_or(text);
     let mut parts = Parts::default();
     let mut rest = text;
     while !rest.is_empty() {
@@ -160,13 +206,6 @@ struct Parts {
     month: Option<i64>,
 }
 
-#[derive(Clone, Copy)]
-enum Date {
-    Known(i64),
-    /// Which is the day and which the month is unknown.
-    Unclear,
-}
-
 impl Parts {
     /// Sorts in one part; `None` where it is nothing of a stamp.
     fn take(&mut self, part: &str) -> Option<()> {
@@ -182,7 +221,7 @@ impl Parts {
                 rest => self.behind(rest),
             };
         }
-        if first.is_ascii_alphabetic()
+        if part.starts_with(char::is_alphabetic)
             || matches!(first, b'+')
             || (first == b'-' && self.time.is_some())
         {
@@ -190,6 +229,12 @@ impl Parts {
         }
         if !first.is_ascii_digit() {
             return None;
+        }
+        if let Some(time) =
+            time_of_dots(part).filter(|t| self.time.is_none() && (t.1 || self.date.is_some()))
+        {
+            self.time = Some((time.0, true));
+            return Some(());
         }
         if let Some(date) = date_of(part) {
             self.date = Some(date);
@@ -231,18 +276,20 @@ impl Parts {
             return Some(());
         }
         let is = |word: &str| text.trim_end_matches([',', '.']).eq_ignore_ascii_case(word);
-        if is("am") || is("a.m") {
+        if is("am") || is("a.m") || is("a") {
             self.afternoon = Some(false);
-        } else if is("pm") || is("p.m") {
+        } else if is("pm") || is("p.m") || is("p") {
             self.afternoon = Some(true);
+        } else if is("m") && self.afternoon.is_some() {
+            // `a. m.`
         } else if is("z") || is("utc") || is("gmt") {
+        } else if let Some((_, hours)) = ZONES.iter().find(|z| is(z.0)) {
+            self.offset = hours * HOUR;
         } else if is("days") || is("day") {
             self.days = self.numbers[0].take();
             self.days?;
-        } else if let Some(month) =
-            MONTHS.iter().position(|m| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(m)))
-        {
-            self.month = Some(month as i64 + 1);
+        } else if let Some(month) = month_of(text) {
+            self.month = Some(month);
         } else if !WEEKDAYS.iter().any(|d| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(d)))
         {
             return None;
@@ -283,9 +330,20 @@ impl Parts {
     }
 }
 
-const MONTHS: [&str; 12] =
-    ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
-const WEEKDAYS: [&str; 7] = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
+/// s of a time of day between dots, `hh.mm.ss,s`, and whether it has parts of a second: a date has none.
+fn time_of_dots(text: &str) -> Option<(f64, bool)> {
+    let mut fields = text.splitn(3, '.');
+    let (h, m, rest) = (fields.next()?, fields.next()?, fields.next()?);
+    let (s, part) = rest.split_once([',', '.']).map_or((rest, ""), |(s, part)| (s, part));
+    let two =
+        |text: &str| (text.len() == 2 && all_digits(text)).then(|| text.parse::<f64>().ok())?;
+    let (h, m, s) = (two(h)?, two(m)?, two(s)?);
+    if !(part.is_empty() || all_digits(part)) || h > 23.0 || m > 59.0 || s > 60.0 {
+        return None;
+    }
+    let share = if part.is_empty() { 0.0 } else { format!("0.{part}").parse::<f64>().ok()? };
+    Some((HOUR * h + MINUTE * m + s + share, !part.is_empty()))
+}
 
 /// s of `h:mm:ss.s`, `h:mm:ss,s`, `h:mm:ss:mmm` or `mm:ss.s`, and whether there are hours.
 fn time_of(text: &str) -> Option<(f64, bool)> {
@@ -317,71 +375,6 @@ fn time_of(text: &str) -> Option<(f64, bool)> {
     let [.., last] = &fields[..count.min(3)] else { return None };
     let minutes = if hours { fields[1] } else { 0.0 };
     (*last < 61.0 && minutes < 60.0).then_some((seconds, hours))
-}
-
-/// A date of three numbers.
-fn date_of(text: &str) -> Option<Date> {
-    let text = text.trim_end_matches(',');
-    let sign = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;
-    let mut numbers = text.split(sign);
-    let (a, b, c) = (numbers.next()?, numbers.next()?, numbers.next()?);
-    if numbers.next().is_some() || !all_digits(a) || !all_digits(c) || c.len() > 4 {
-        return None;
-    }
-    let month = MONTHS.iter().position(|m| b.get(..3).is_some_and(|b| b.eq_ignore_ascii_case(m)));
-    let number = |text: &str| text.parse::<i64>().ok();
-    let (first, last) = (number(a)?, number(c)?);
-    let known =
-        |year: i64, month: i64, day: i64| days_from(whole_year(year), month, day).map(Date::Known);
-    if let Some(month) = month {
-        return if first > 31 {
-            known(first, month as i64 + 1, last)
-        } else {
-            known(last, month as i64 + 1, first)
-        };
-    }
-    let middle = all_digits(b).then(|| number(b))??;
-    if a.len() == 4 {
-        return known(first, middle, last);
-    }
-    match (sign, first > 12, middle > 12) {
-        ('/', false, true) => known(last, first, middle),
-        ('/', false, false) if first != middle => Some(Date::Unclear),
-        _ => known(last, middle, first),
-    }
-}
-
-fn all_digits(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
-}
-
-/// Two digits are of this century.
-fn whole_year(year: i64) -> i64 {
-    if year < 100 { 2000 + year } else { year }
-}
-
-/// Days since 1970.
-fn days_from(year: i64, month: i64, day: i64) -> Option<i64> {
-    let (year, month, day) =
-        (i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?);
-    let date = jiff::civil::Date::new(year, month, day).ok()?;
-    let start = jiff::civil::date(1970, 1, 1);
-    Some(i64::from((date - start).get_days()))
-}
-
-/// s of the offset `02:00`, `0200` or `02`.
-fn zone(text: &str) -> Option<f64> {
-    let mut digits = [0.0; 4];
-    let mut count = 0;
-    for c in text.chars().filter(|c| *c != ':') {
-        *digits.get_mut(count)? = f64::from(c.to_digit(10)?);
-        count += 1;
-    }
-    let [a, b, c, d] = digits;
-    match count {
-        2 | 4 => Some(HOUR * (10.0 * a + b) + MINUTE * (10.0 * c + d)),
-        _ => None,
-    }
 }
 
 #[cfg(test)]
@@ -418,6 +411,16 @@ mod tests {
             "20261025T100000.5",
             "2026-10-25 10:00:00.5 UTC",
             "2026-10-25 10:00:00.500000000",
+            "2026-10-25 12:00:00.5 CEST",
+            "25/10/2026 10:00:00.5 a. m.",
+            "25/10/2026 10:00:00.5\u{a0}a.\u{a0}m.",
+            "25. Okt. 2026 10:00:00,5",
+            "25 oct. 2026 10:00:00,5",
+            "25/10/2026 10.00.00,5",
+            "25-OKT-26 10:00:00.5",
+            "20261025100000.5",
+            "20261025100000500",
+            "20261025 100000.5",
         ] {
             assert_eq!(unix(text), Some(NOON + 0.5), "{text}");
         }
@@ -465,6 +468,27 @@ mod tests {
         ] {
             assert_eq!(seconds(text), if text == "10:0" { Some(600.0) } else { None }, "{text}");
         }
+    }
+
+    #[test]
+    fn numbers_are_dates_unless_one_of_them_counts() {
+        let mut clock = Clock::default();
+        assert_eq!(clock.read_number("0"), None, "before the first fix");
+        assert_eq!(clock.read_number("20261025100000.5"), Some(NOON + 0.5));
+        assert_eq!(clock.kind(), Kind::Dated);
+        let mut clock = Clock::default();
+        assert_eq!(clock.read_number("20261024999999"), None);
+        assert_eq!(clock.read_number("20261025000000"), None, "a counter that passes by");
+    }
+
+    #[test]
+    fn a_day_alone() {
+        for text in ["25/10/2026", "2026-10-25", "25.10.26", "25-OCT-26", "20261025", "251026"] {
+            assert_eq!(day(text).map(|d| d as f64 * DAY + 36_000.0), Some(NOON), "{text}");
+        }
+        assert_eq!([day("10/11/2026"), day("3"), day("")], [None; 3]);
+        assert_eq!(seconds("09.59.45,5"), Some(35_985.5));
+        assert_eq!(seconds("09.11.45"), None, "a date as well");
     }
 
     #[test]

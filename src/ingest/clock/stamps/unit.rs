@@ -40,6 +40,8 @@ const TRIED: &[&str] = &["s", "ms", "us", "min", "ns", "h", "day", "100ns", "10m
 
 /// Slowest and fastest sampling that is taken for a logger's without a word of the motion, s between rows.
 const STEPS: [f64; 2] = [1.0 / 2100.0, 2.1];
+/// Sampling that is believed where the log says the unit of the stamps and nothing that of the speed, s between rows.
+const SAID: [f64; 2] = [1.0 / 510.0, 2.1];
 /// Beyond these steps no clock is believed, s between rows.
 pub(crate) const IMPOSSIBLE: [f64; 2] = [2e-5, 30.0];
 /// How far the motion may be off a unit: speeds are a little late and rounded.
@@ -54,6 +56,8 @@ pub(crate) struct Evidence<'a> {
     pub said: Option<&'a str>,
     /// s per unit by the motion, for each unit that the speed may be in; empty where nothing moves.
     pub motion: Vec<f64>,
+    /// Whether nobody knows the unit of the speed: then it may be any, tenths of km/h, say.
+    pub any_speed: bool,
 }
 
 /// A unit that was found.
@@ -110,7 +114,8 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
     let agrees = |factor: f64| {
         known.motion.is_empty() || known.motion.iter().any(|m| (factor / m).ln().abs() < NEAR)
     };
-    if let Some(c) = calendar_of(known.stamps).filter(|c| agrees(c.factor)) {
+    let is_believed = |c: &&Calendar| known.any_speed || agrees(c.factor);
+    if let Some(c) = calendar_of(known.stamps).filter(is_believed) {
         let other = said.filter(|s| (s.1 / c.factor - 1.0).abs() > 1e-6);
         let why = match other {
             Some((unit, _)) => format!("the stamps are {}, not {unit} as the log says", c.what),
@@ -134,6 +139,11 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
         if agrees(factor) && (usual(factor) || !known.motion.is_empty()) {
             return Ok(of(name, None));
         }
+        // a speed of no known unit contradicts nothing
+        let plausible = step.is_some_and(|d| (SAID[0]..=SAID[1]).contains(&(d * factor)));
+        if known.any_speed && plausible {
+            return Ok(of(name, None));
+        }
     } else if agrees(1.0) && usual(1.0) {
         return Ok(of("s", None));
     }
@@ -145,8 +155,12 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
         return Ok(of(found, Some(why)));
     }
     if !known.motion.is_empty() {
+        let speed = match known.any_speed {
+            true => " (the log does not say the unit of the speed, which may be another than m/s)",
+            false => "",
+        };
         return Err(format!(
-            "the stamps contradict the motion: speed and positions ask for {:.4} s per unit; say the right `unit` \
+            "the stamps contradict the motion: speed and positions ask for {:.4} s per unit{speed}; say the right `unit` \
              in the map's [time], or `rate` instead of `column`",
             known.motion[0]
         ));
@@ -219,7 +233,7 @@ mod tests {
     }
 
     fn found(stamps: &[f64], said: Option<&str>, motion: &[f64]) -> Result<Unit, String> {
-        unit(&Evidence { stamps, said, motion: motion.to_vec() })
+        unit(&Evidence { stamps, said, motion: motion.to_vec(), any_speed: false })
     }
 
     #[test]
@@ -257,6 +271,24 @@ mod tests {
         assert!(found(&stamps(0.0, 0.5), None, &[7.3]).is_err());
         assert!(found(&stamps(0.0, 1e9), None, &[]).expect("ns").why.is_some());
         assert!(found(&stamps(0.0, 5e-3), Some("ms"), &[]).is_err());
+    }
+
+    /// Tenths of km/h without a word ask for another clock than the one that the log says.
+    #[test]
+    fn a_speed_of_no_known_unit_moves_no_declared_clock() {
+        let ten_hertz = stamps(0.0, 0.1);
+        let of = |said: Option<&str>, any_speed: bool| {
+            let motion = [1.0, 1.0 / 3.6].map(|m| 0.1 * m / 3.6).to_vec();
+            unit(&Evidence { stamps: &ten_hertz, said, motion, any_speed })
+        };
+        assert_eq!(of(Some("s"), true).expect("said").name, "s");
+        assert!(of(Some("s"), false).is_err(), "the unit of the speed is known");
+        assert!(of(None, true).expect_err("nobody knows").contains("the unit of the speed"));
+        // no logger takes 10 000 samples in a second
+        assert!(of(Some("ms"), true).is_err());
+        let dated = stamps(1_792_922_400.0, 0.1);
+        let known = Evidence { stamps: &dated, said: None, motion: vec![0.0278], any_speed: true };
+        assert_eq!(unit(&known).expect("a date").zero, Some(0.0));
     }
 
     #[test]

@@ -79,6 +79,7 @@ impl FrameCounts {
                     samples: Some(seen.count),
                     rate: seen.rate().filter(|_| always),
                     place: [at, i, stream(source, bus)],
+                    twin: 0,
                 });
             }
         }

@@ -4,7 +4,8 @@ use std::io::Read;
 
 use ::csv::{ByteRecord, Reader};
 
-use super::layout::{number, with_unit};
+use super::coordinate::Coordinate;
+use super::layout::{grouped, number, with_unit};
 use super::text::decoded;
 use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
@@ -15,7 +16,10 @@ use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
 /// What loggers write where there is no sample, in capitals or not.
-const NO_SAMPLE: [&str; 9] = ["nan", "null", "none", "nil", "n/a", "na", "-", "--", "---"];
+const NO_SAMPLE: [&str; 13] = [
+    "nan", "null", "none", "nil", "n/a", "na", "-", "--", "---", "#n/a", "#nv", "#value!",
+    "#div/0!",
+];
 
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;
@@ -38,6 +42,19 @@ pub(crate) struct Writing<'a> {
     pub clock: Option<usize>,
     /// Units by place in a row: they may stand behind the numbers.
     pub units: &'a [String],
+    /// Coordinates by place in a row; behind those the parts of cells that hold two.
+    pub coordinates: &'a [Option<Coordinate>],
+}
+
+impl Writing<'_> {
+    fn coordinate(&self, place: usize) -> Option<&Coordinate> {
+        self.coordinates.get(place)?.as_ref()
+    }
+
+    /// The place in a row of a column's cell.
+    fn cell(&self, place: usize) -> usize {
+        self.coordinate(place).map_or(place, |c| c.cell)
+    }
 }
 
 /// A column that is wanted: its name and its place in a row.
@@ -119,8 +136,12 @@ fn cells_of(
         let (mut numbers, mut bad) = (0, false);
         for (k, (column, &(_, place))) in columns.iter_mut().zip(wanted).enumerate() {
             let of_clock = (writing.clock == Some(k)).then_some(&mut clock);
-            let cell =
-                record.get(place).map_or(Cell::Missing, |c| cell(c, place, writing, of_clock));
+            let cell = match writing.coordinate(place) {
+                Some(coordinate) => position(&record, coordinate, writing),
+                None => {
+                    record.get(place).map_or(Cell::Missing, |c| cell(c, place, writing, of_clock))
+                }
+            };
             column.push(match cell {
                 Cell::Number(x) => {
                     numbers += 1;
@@ -188,8 +209,9 @@ impl Odd {
     ) {
         let line = line_of(record, writing);
         let words = |cell: &[u8]| !cell.iter().any(u8::is_ascii_digit);
-        let name = |&(name, place): &Wanted<'_>| decoded(&record[place]).trim() == name;
-        let all_words = wanted.iter().all(|w| words(&record[w.1]) || name(w));
+        let of = |place: usize| record.get(writing.cell(place)).unwrap_or_default();
+        let name = |&(name, place): &Wanted<'_>| decoded(of(place)).trim() == name;
+        let all_words = wanted.iter().all(|w| words(of(w.1)) || name(w));
         if numbers == 0 && wanted.len() > 1 && all_words {
             for column in columns.iter_mut() {
                 column.pop();
@@ -198,7 +220,7 @@ impl Odd {
             return;
         }
         for ((bad, &(_, place)), column) in self.bad.iter_mut().zip(wanted).zip(columns.iter()) {
-            let cell = record.get(place).unwrap_or_default();
+            let cell = of(place);
             let missing =
                 cell.trim_ascii().is_empty() || column.last().is_some_and(|x| !x.is_nan());
             let means_none = || writing.missing.iter().any(|m| m.as_bytes() == cell.trim_ascii());
@@ -350,7 +372,12 @@ fn cell(bytes: &[u8], place: usize, writing: Writing<'_>, clock: Option<&mut Clo
         return Cell::Missing;
     }
     match (number(text, writing.decimal), clock) {
-        // a number among dates
+        (Some(x), Some(clock)) if x.is_finite() => match clock.read_number(text) {
+            Some(x) => Cell::Number(x),
+            // a number among dates
+            None if clock.kind() != Kind::Numbers => Cell::Bad,
+            None => Cell::Number(x),
+        },
         (Some(_), Some(clock)) if clock.kind() != Kind::Numbers => Cell::Bad,
         (Some(x), _) if x.is_finite() => Cell::Number(x),
         (Some(_), _) => Cell::Missing,
@@ -362,8 +389,24 @@ fn cell(bytes: &[u8], place: usize, writing: Writing<'_>, clock: Option<&mut Clo
     }
 }
 
-/// A number with its column's unit behind it.
+/// A cell of a position.
+fn position(record: &ByteRecord, coordinate: &Coordinate, writing: Writing<'_>) -> Cell {
+    let text = record.get(coordinate.cell).unwrap_or_default().trim_ascii();
+    if writing.missing.iter().any(|m| m.as_bytes() == text) {
+        return Cell::Missing;
+    }
+    match coordinate.read(record, writing.decimal) {
+        Ok(number) => number.map_or(Cell::Missing, Cell::Number),
+        // a column like it may hold what is none: a number in another unit
+        Err(()) => cell(text, coordinate.cell, writing, None),
+    }
+}
+
+/// A number in groups of three digits, or with its column's unit behind it.
 fn with_its_unit(text: &str, place: usize, writing: Writing<'_>) -> Cell {
+    if let Some(x) = grouped(text, writing.decimal) {
+        return Cell::Number(x);
+    }
     let own = writing.units.get(place).filter(|u| !u.is_empty());
     let number = own.and_then(|own| {
         let (text, unit) = with_unit(text)?;

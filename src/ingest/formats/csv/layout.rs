@@ -1,6 +1,6 @@
 //! How a delimited text is laid out: what is between cells, how decimals are written, which cells a line has.
 
-use std::io::{self, Read};
+use std::io::{self, BufRead, Read};
 
 use ::csv::{Reader, ReaderBuilder};
 
@@ -55,10 +55,37 @@ pub(super) fn number(text: &str, decimal: char) -> Option<f64> {
     }
 }
 
+/// A number whose digits stand in groups of three: `1'000`, `1.792.835.985,5`. A single dot is none between groups.
+pub(super) fn grouped(text: &str, decimal: char) -> Option<f64> {
+    const BETWEEN: [char; 6] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}', ' '];
+    let text = text.trim();
+    let (whole, part) = text.rsplit_once(decimal).unwrap_or((text, ""));
+    let (whole, part) = match part.bytes().all(|b| b.is_ascii_digit()) {
+        true => (whole, part),
+        false => (text, ""),
+    };
+    let digits = whole.trim_start_matches(['-', '+']);
+    let between = digits.chars().find(|c| !c.is_ascii_digit())?;
+    let groups: Vec<&str> = digits.split(between).collect();
+    let three = |g: &&str| g.len() == 3 && g.bytes().all(|b| b.is_ascii_digit());
+    let first = groups[0].len();
+    let sure = BETWEEN.contains(&between) || (between == '.' && groups.len() > 2);
+    let fits = (1..=3).contains(&first) && groups[0].bytes().all(|b| b.is_ascii_digit());
+    if !sure || !fits || !groups[1..].iter().all(three) {
+        return None;
+    }
+    let plain: String = whole.chars().filter(|c| *c != between).collect();
+    format!("{plain}.{}", if part.is_empty() { "0" } else { part }).parse().ok()
+}
+
 /// Whether a cell is a number, a stamp, or a number with its unit behind it.
 pub(super) fn is_number(cell: &str) -> bool {
     let digits = cell.bytes().any(|b| b.is_ascii_digit());
-    digits && (number(cell, ',').is_some() || seconds(cell).is_some() || with_unit(cell).is_some())
+    digits
+        && (number(cell, ',').is_some()
+            || seconds(cell).is_some()
+            || with_unit(cell).is_some()
+            || grouped(cell, ',').is_some())
 }
 
 /// A number and the unit behind it: `50.4 km/h`.
@@ -111,6 +138,55 @@ pub(super) fn decimal<'a>(rows: impl Iterator<Item = &'a str>, delimiter: u8) ->
     };
     let mut rows = rows.map(|row| cells(row, delimiter));
     if rows.any(|row| row.iter().any(comma)) { ',' } else { '.' }
+}
+
+/// Lines that a quoted cell may take, at most.
+const QUOTED_LINES: usize = 100;
+
+/// Reads a line, at most `most` bytes of it, with the lines that follow within a quoted cell: their ends become blanks.
+/// How many these are.
+///
+/// # Errors
+/// The text cannot be read.
+pub(super) fn line(text: &mut impl BufRead, most: u64, line: &mut Vec<u8>) -> io::Result<u64> {
+    line.clear();
+    text.by_ref().take(most).read_until(b'\n', line)?;
+    if !is_open(line) {
+        return Ok(0);
+    }
+    // a quote that never ends is a letter like others
+    let ahead = text.fill_buf()?;
+    let mut whole = line.clone();
+    let mut count = 0;
+    for next in ahead.split_inclusive(|b| *b == b'\n').take(QUOTED_LINES) {
+        whole.truncate(whole.trim_ascii_end().len());
+        whole.push(b' ');
+        whole.extend(next);
+        count += 1;
+        if !is_open(&whole) {
+            let used = ahead.split_inclusive(|b| *b == b'\n').take(count).map(<[u8]>::len).sum();
+            text.consume(used);
+            *line = whole;
+            return Ok(count as u64);
+        }
+    }
+    Ok(0)
+}
+
+/// Whether a line ends within a quoted cell.
+fn is_open(line: &[u8]) -> bool {
+    let (mut open, mut begins) = (false, true);
+    for &b in line {
+        let was_open = open;
+        match b {
+            b'"' if open => open = false,
+            // also the second one of two within a cell
+            b'"' if begins => open = true,
+            _ => {}
+        }
+        begins = !open && (DELIMITERS.contains(&b) || was_open);
+    }
+    open
 }
 
 /// A line's cells, without quotes and blanks around them.
@@ -247,6 +323,41 @@ mod tests {
         assert_eq!(with_unit("12°"), Some(("12", "°")));
         for none in ["50.4", "x", "3 laps", "km/h", "1e5", "12:00"] {
             assert_eq!(with_unit(none), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn a_quoted_cell_may_take_several_lines() {
+        let read = |text: &str| {
+            let mut of = Vec::new();
+            let count = line(&mut text.as_bytes(), 1000, &mut of).expect("in memory");
+            (String::from_utf8(of).expect("text"), count)
+        };
+        let (names, count) = read("\"Time\r\n(s)\",\"a \"\"b\"\"\nc\"\r\n0,1\r\n");
+        assert_eq!((names.as_str(), count), ("\"Time (s)\",\"a \"\"b\"\" c\"\r\n", 2));
+        for alone in ["17\" wheel,x\n0,1\n", "\"never closed,x\n0,1\n2,3\n", "47°00'00\"N,1\n2,3\n"]
+        {
+            assert_eq!(
+                read(alone),
+                (alone.split_inclusive('\n').next().expect("a line").into(), 0)
+            );
+        }
+    }
+
+    #[test]
+    fn digits_in_groups() {
+        for (text, decimal, wanted) in [
+            ("1'000", '.', 1000.0),
+            ("1\u{202f}000,5", ',', 1000.5),
+            ("-12\u{a0}345", ',', -12_345.0),
+            ("1.792.835.985.000", ',', 1_792_835_985_000.0),
+            ("1.792.835.985,5", ',', 1_792_835_985.5),
+            ("1.792.835.985.000", '.', 1_792_835_985_000.0),
+        ] {
+            assert_eq!(grouped(text, decimal), Some(wanted), "{text}");
+        }
+        for none in ["1'00", "24.10.2026", "1.2.3", "192.168.1.1", "", "'", "1234'567", "a'000"] {
+            assert_eq!(grouped(none, '.'), None, "{none}");
         }
     }
 

@@ -1,14 +1,15 @@
 //! Delimited text, through a channel map.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 
 use crate::contract::rejection::RejectionCode;
+use crate::contract::warning::Warning;
 use crate::ingest::clock::stamps::check::in_seconds;
 use crate::ingest::clock::stamps::text::Kind;
-use crate::ingest::clock::stamps::unit::calendar_of;
+use crate::ingest::clock::wraps;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::{HEAD_LEN, Head, LogFormat};
-use crate::ingest::formats::listing::{Listing, SourceChannel};
+use crate::ingest::formats::listing::{Listing, SourceChannel, number_twins};
 use crate::ingest::ident;
 use crate::ingest::maps::bind::fit;
 use crate::ingest::maps::units;
@@ -21,14 +22,25 @@ use crate::store::objects::source::Source;
 
 pub(crate) mod cells;
 pub(crate) mod clocks;
+mod coordinate;
+mod day;
 mod layout;
+mod notation;
 mod plain;
+mod positions;
 mod sentinels;
 pub(crate) mod table;
 pub(crate) mod text;
 
+use coordinate::Coordinate;
+pub(crate) use day::start_time;
+use day::unix_of;
 use layout::Squeezed;
+use positions::Positions;
 use text::{Text, decoded};
+
+/// Code of the warning about a position whose notation is not sure.
+const POSITION: &str = "position_notation";
 
 /// Rows that are read to know when a log began: enough to see the rate of its clock.
 const FIRST: usize = 20;
@@ -60,39 +72,20 @@ fn sniff(head: &Head<'_>) -> bool {
 fn identify(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
     let (map, header) = choose(log, maps)?;
     let mut meta = ident::or(ident::from_path(log), map.meta.clone());
-    if let TimeSource::Column { name, epoch: true, .. } = &map.time {
-        let mut rows = open(log, &map.csv)?;
-        let at = header.names.iter().position(|c| c == name);
-        if let Some(at) = at {
-            let writing = header.writing(map, Some(0));
+    if let TimeSource::Column { name, epoch, .. } = &map.time
+        && let Ok(at) = header.place(map, name)
+    {
+        let mut unix = None;
+        if *epoch {
+            let mut rows = open(log, &map.csv)?;
+            let writing = header.writing(map, Some(0), &[]);
             let first = cells::read(log, &mut rows.reader, &[(name, at)], writing, FIRST);
-            let unix = first.ok().and_then(|r| unix_of(&map.time, r.columns.first()?, r.kind));
-            meta.start_time = unix.and_then(start_time).or(meta.start_time);
+            unix = first.ok().and_then(|r| unix_of(&map.time, r.columns.first()?, r.kind));
         }
+        let unix = unix.or_else(|| day::start(&header.names, &header.first, at));
+        meta.start_time = unix.and_then(start_time).or(meta.start_time);
     }
     Ok(Identified { meta, map: Some(map.name.clone()) })
-}
-
-/// Unix time of the first of some stamps on a clock that counts from a day.
-fn unix_of(clock: &TimeSource, stamps: &[f64], kind: Kind) -> Option<f64> {
-    let first = *stamps.first()?;
-    match (clock, kind) {
-        (TimeSource::Column { .. }, Kind::Dated) => Some(first),
-        (TimeSource::Column { factor, .. }, Kind::Numbers) => {
-            let zero = calendar_of(stamps).filter(|c| c.factor == *factor).map_or(0.0, |c| c.zero);
-            Some(first * factor + zero)
-        }
-        _ => None,
-    }
-}
-
-/// Unix seconds as RFC 3339, to the millisecond.
-pub(crate) fn start_time(seconds: f64) -> Option<String> {
-    let ms = (seconds * 1e3).round();
-    if !(0.0..4e12).contains(&ms) {
-        return None;
-    }
-    jiff::Timestamp::from_millisecond(ms as i64).ok().map(|t| t.to_string())
 }
 
 fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
@@ -103,43 +96,37 @@ fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
 /// The map as it is for this log; where the log gives units, in a row or in brackets behind the names, they are
 /// checked.
 fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
-    if header.units.iter().all(String::is_empty) {
-        return Ok(map.fitted(&header.names));
+    let channels = &header.listing.channels;
+    if channels.iter().all(|c| c.unit.is_none()) {
+        return Ok(map.fitted(&header.known()));
     }
-    let channel = |(place, name): (usize, &String)| SourceChannel {
-        name: name.clone(),
-        unit: header.units.get(place).cloned().filter(|u| !u.is_empty()),
-        place: [place, 0, 0],
-        ..SourceChannel::default()
-    };
-    let channels: Vec<SourceChannel> = header.names.iter().enumerate().map(channel).collect();
     let mut map = map.clone();
     if map.csv.units_row == 0 {
         // units behind some names say nothing of the others: those are the contract's, as without any
-        let bare = |name: &String| channels.iter().any(|c| c.name == *name && c.unit.is_none());
+        let bare = |name: &String| channels.iter().any(|c| c.is_called(name) && c.unit.is_none());
         for entry in &mut map.entries {
             entry.unit_given |= entry.from.iter().any(bare);
         }
     }
-    fit(&map, &Listing { channels, ..Listing::default() })
+    fit(&map, &header.listing)
 }
 
 fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
     let (map, header) = choose(log, maps)?;
     let map = fitted(map, &header)?;
     let needed = map.needed();
-    let place = |name: &str| header.names.iter().position(|h| h == name);
     let places = needed
         .iter()
-        .map(|name| place(name).map(|p| (*name, p)).ok_or_else(|| map.missing(name, &header.names)))
+        .map(|name| header.place(&map, name).map(|place| (*name, place)))
         .collect::<Result<Vec<cells::Wanted<'_>>, Error>>()?;
+    let coordinates = header.coordinates(&map);
     let mut rows = open(log, &map.csv)?;
     let own_clock = matches!(map.time, TimeSource::Column { .. });
-    let writing = header.writing(&map, own_clock.then_some(0));
+    let writing = header.writing(&map, own_clock.then_some(0), &coordinates);
     let cells::Cells { columns: mut decoded, kind, mut warnings } =
         cells::read(log, &mut rows.reader, &places, writing, usize::MAX)?;
     let rows = decoded.first().map_or(0, Vec::len);
-    let time = match &map.time {
+    let mut time: Vec<f64> = match &map.time {
         TimeSource::Rate(rate) => (0..rows).map(|i| i as f64 / rate).collect(),
         TimeSource::Column { name, factor, .. } => {
             let mut stamps = decoded.remove(0);
@@ -158,6 +145,11 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
             ));
         }
     };
+    // at which stamp the start time holds
+    let zero = time.iter().copied().find(|t| t.is_finite()).filter(|_| own_clock);
+    if let Some((count, what)) = wraps::unroll(&mut time) {
+        warnings.push(warning("time_wrapped", None, count, None, what));
+    }
     let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
     sentinels::take_out(names, &mut decoded, &mut warnings);
     let columns = names.iter().map(|n| (*n).to_owned()).zip(decoded).collect();
@@ -167,8 +159,9 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         a != b && map.entries.iter().any(|e| both(&e.from))
     };
     let columns = clocks::separate(time, columns, together);
-    let unread: Vec<&str> =
-        header.names.iter().map(String::as_str).filter(|h| !needed.contains(h)).collect();
+    warnings.extend(header.said(&places, &coordinates));
+    warnings.extend(text::encoding_warning(log)?);
+    let unread = header.unread(&places);
     if !unread.is_empty() {
         warnings.push(warning(
             "unknown_column",
@@ -186,6 +179,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
         map: Some(map.name),
+        zero,
         ..Raw::default()
     })
 }
@@ -219,9 +213,12 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
     ))
 }
 
-/// What to do with a text of one sensor of a phone.
+/// What to do with a text of one sensor of a phone, and with one that has no names.
 fn of_a_phone(names: &[String]) -> &'static str {
     match names {
+        [_, _, ..] if names.iter().all(|n| layout::is_number(n)) => {
+            "; these are numbers: put a line with the names of the columns in front"
+        }
         [time, elapsed, ..] if time == "time" && elapsed == "seconds_elapsed" => {
             "; it is one sensor of a recording of Sensor Logger: the ZIP that the app exports is one log with all of them"
         }
@@ -235,6 +232,13 @@ struct Header {
     names: Vec<String>,
     /// Of the layout's row of units or in brackets behind the names; empty where there is none.
     units: Vec<String>,
+    /// The columns, those of one name numbered; behind them the two coordinates of cells that hold both.
+    listing: Listing,
+    positions: Positions,
+    /// Line breaks in quotes above the rows.
+    breaks: u64,
+    /// Cells of the first rows.
+    first: Vec<Vec<String>>,
 }
 
 /// A file that is open at its first row of data.
@@ -244,14 +248,95 @@ struct Rows {
 }
 
 impl Header {
-    fn writing<'a>(&'a self, map: &'a ChannelMap, clock: Option<usize>) -> cells::Writing<'a> {
+    fn new(names: Vec<String>, units: Vec<String>, positions: Positions) -> Self {
+        let own = |place: usize| units.get(place).cloned().filter(|u| !u.is_empty());
+        let channel = |(place, name): (usize, &String)| SourceChannel {
+            name: name.clone(),
+            unit: positions.unit(place).map(str::to_owned).or_else(|| own(place)),
+            place: [place, 0, 0],
+            ..SourceChannel::default()
+        };
+        let mut channels: Vec<SourceChannel> = names.iter().enumerate().map(channel).collect();
+        channels.extend(positions.parts_of(&names));
+        number_twins(&mut channels);
+        let listing = Listing { channels, ..Listing::default() };
+        Header { names, units, listing, positions, ..Header::default() }
+    }
+
+    /// Every name by which a map may know a column.
+    fn known(&self) -> Vec<String> {
+        let channels = &self.listing.channels;
+        channels.iter().map(|c| c.name.clone()).chain(channels.iter().map(|c| c.full())).collect()
+    }
+
+    /// Where a column of a map is.
+    fn place(&self, map: &ChannelMap, name: &str) -> Result<usize, Error> {
+        self.listing.find(name).map(|c| c.place[0]).map_err(|e| match e.code {
+            RejectionCode::MissingColumn => map.missing(name, &self.known()),
+            code => Error::new(code, format!("channel map {}: {}", map.name, e.message)),
+        })
+    }
+
+    /// How the positions are read by a map. Where it gives a scale or a sign the numbers are what it expects.
+    fn coordinates(&self, map: &ChannelMap) -> Vec<Option<Coordinate>> {
+        let mut coordinates = self.positions.coordinates.clone();
+        let own = map.entries.iter().filter(|e| (e.scale, e.offset, e.sign) != (1.0, 0.0, 1.0));
+        for name in own.flat_map(|e| &e.from) {
+            let place = self.listing.find(name).map(|c| c.place[0]);
+            if let Some(coordinate) = place.ok().and_then(|place| coordinates.get_mut(place)) {
+                coordinate.take_if(|c| !c.is_part());
+            }
+        }
+        coordinates
+    }
+
+    /// What is to be said of the positions that are read.
+    fn said(&self, read: &[cells::Wanted<'_>], by: &[Option<Coordinate>]) -> Vec<Warning> {
+        let mut said: Vec<Warning> = Vec::new();
+        for &(_, place) in read {
+            let Some(coordinate) = by.get(place) else { continue };
+            let own = self.positions.coordinates[place].is_some() && coordinate.is_none();
+            let cell = coordinate.as_ref().map_or(place, |c| c.cell);
+            for message in self.positions.said(cell).filter(|_| !own) {
+                let warning = warning(POSITION, None, 1, None, message.to_owned());
+                if !said.contains(&warning) {
+                    said.push(warning);
+                }
+            }
+        }
+        said
+    }
+
+    /// Columns that are not read.
+    fn unread(&self, read: &[cells::Wanted<'_>]) -> Vec<String> {
+        let own = &self.positions;
+        let cell = |place: usize| match own.coordinates.get(place) {
+            Some(Some(coordinate)) => coordinate.cell,
+            _ => place,
+        };
+        let is_read = |place: usize| read.iter().any(|r| cell(r.1) == place);
+        let unread = |c: &&SourceChannel| {
+            let letters = own.letters.iter().find(|l| l.0 == c.place[0]).map(|l| l.1);
+            !is_read(letters.unwrap_or(c.place[0]))
+        };
+        let columns = self.listing.channels.iter().filter(|c| c.place[0] < self.names.len());
+        columns.filter(unread).map(SourceChannel::full).collect()
+    }
+
+    fn writing<'a>(
+        &'a self,
+        map: &'a ChannelMap,
+        clock: Option<usize>,
+        coordinates: &'a [Option<Coordinate>],
+    ) -> cells::Writing<'a> {
         cells::Writing {
             decimal: map.csv.decimal,
             missing: &map.csv.missing,
-            first_line: (map.csv.skip_rows + map.csv.rows_after_header + 2) as u64,
+            first_line: (map.csv.skip_rows + map.csv.rows_after_header + 2) as u64 + self.breaks,
             width: self.names.len(),
             clock,
             units: &self.units,
+            coordinates,
         }
     }
 }
@@ -259,11 +344,11 @@ impl Header {
 fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let file = source::open(log).map_err(fail)?;
-    let mut file = BufReader::new(Text::new(file).map_err(fail)?);
+    let mut file = BufReader::with_capacity(table::SAMPLE, Text::new(file).map_err(fail)?);
     let mut line = Vec::new();
+    let mut breaks = 0;
     let mut next = |line: &mut Vec<u8>| -> Result<(), Error> {
-        line.clear();
-        (&mut file).take(HEAD_LEN).read_until(b'\n', line).map_err(fail)?;
+        breaks += layout::line(&mut file, HEAD_LEN, line).map_err(fail)?;
         Ok(())
     };
     for _ in 0..=map.skip_rows {
@@ -295,7 +380,11 @@ fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
             }
         }
     }
-    Ok(Rows { header: Header { names, units }, reader: layout::reader(delimiter, file) })
+    let mut first = table::sample("", &ahead, delimiter);
+    let positions = Positions::look(&names, &first, map.decimal);
+    first.truncate(FIRST);
+    let header = Header { breaks, first, ..Header::new(names, units, positions) };
+    Ok(Rows { header, reader: layout::reader(delimiter, file) })
 }
 
 #[cfg(test)]
@@ -359,8 +448,35 @@ mod tests {
     }
 
     #[test]
-    fn unix_stamps_give_the_start_time() {
-        assert_eq!(start_time(1_692_117_187.464).as_deref(), Some("2023-08-15T16:33:07.464Z"));
-        assert_eq!(start_time(f64::NAN), None);
+    fn columns_of_one_name_are_read_by_their_number() {
+        let text = "l\nt;v;v\n;;\n0;36,0;72,0\n10;36,0;72,0\n20;36,0;72,0\n";
+        let (_folder, path) = log(text);
+        let error = read(&path, or_shipped(&maps())).expect_err("which of them?");
+        assert_eq!(error.code.as_str(), "ambiguous_column");
+        assert!(error.message.contains("v #1, v #2"), "{error}");
+        for (name, wanted) in [("v #1", 10.0), ("v #2", 20.0)] {
+            let map = MAP.replace("from = 'v'", &format!("from = '{name}'"));
+            let map = vec![ChannelMap::parse(&map, "x.toml").expect("a map")];
+            let raw = read(&path, or_shipped(&map)).expect(name);
+            assert_eq!(raw.tracks[0].values, [wanted; 3], "{name}");
+        }
+    }
+
+    #[test]
+    fn a_position_is_read_with_its_letters_unless_the_map_says_its_sign() {
+        let text = "t,lat,lon,N/S,E/W\n0,33.5,70.5,S,W\n1,33.5,70.5,S,W\n";
+        let (_folder, path) = log(text);
+        let map = |more: &str| {
+            let text = format!(
+                "name = 'x'\nformat = 'csv'\n[time]\ncolumn = 't'\n[channel.latitude]\nfrom = 'lat'\nunit = 'deg'\n\
+                 [channel.longitude]\nfrom = 'lon'\nunit = 'deg'\n{more}"
+            );
+            vec![ChannelMap::parse(&text, "x.toml").expect("a map")]
+        };
+        let raw = read(&path, or_shipped(&map(""))).expect("read");
+        assert_eq!([raw.tracks[0].values[0], raw.tracks[1].values[0]], [-33.5, -70.5]);
+        assert!(raw.warnings.is_empty(), "the letters are read: {:?}", raw.warnings);
+        let raw = read(&path, or_shipped(&map("sign = -1\n"))).expect("read");
+        assert_eq!(raw.tracks[1].values[0], -70.5, "not turned twice");
     }
 }

@@ -1,6 +1,8 @@
 //! Numbers that loggers write for "no sample": 9999 and the like.
 
+use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
+use crate::ingest::maps::propose::is_called;
 use crate::ingest::warning::warning;
 
 /// Sizes of numbers that are written for none.
@@ -46,11 +48,26 @@ pub(super) fn of(values: &[f64]) -> Option<(f64, usize)> {
     (known && others >= FEW && most > FAR * next).then_some((most, count))
 }
 
+/// No ride is so long, degrees: a coordinate of -1 that is this far from every other is none.
+const AWAY: f64 = 3.0;
+
+/// How often a coordinate is -1 for none.
+fn minus_one(values: &[f64]) -> Option<usize> {
+    let there = || values.iter().filter(|v| v.is_finite());
+    let count = there().filter(|v| **v == -1.0).count();
+    let others = || there().filter(|v| **v != -1.0 && **v != 0.0);
+    let far = count > 0 && others().count() >= FEW && others().all(|v| (v + 1.0).abs() > AWAY);
+    far.then_some(count)
+}
+
 /// Takes such numbers out of columns.
 pub(super) fn take_out(names: &[&str], columns: &mut [Vec<f64>], warnings: &mut Vec<Warning>) {
     for (name, column) in names.iter().zip(columns) {
-        let Some((size, count)) = of(column) else { continue };
-        column.iter_mut().filter(|v| v.abs() == size).for_each(|v| *v = f64::NAN);
+        let place = || [Channel::Latitude, Channel::Longitude].iter().any(|c| is_called(name, *c));
+        let alone = || minus_one(column).filter(|_| place()).map(|count| (-1.0, count));
+        let Some((size, count)) = of(column).or_else(alone) else { continue };
+        let none = |v: f64| if size < 0.0 { v == size } else { v.abs() == size };
+        column.iter_mut().filter(|v| none(**v)).for_each(|v| *v = f64::NAN);
         let message = format!(
             "column `{name}`: {count} cells are {size}, far from every other number; taken as missing"
         );
@@ -77,5 +94,19 @@ mod tests {
         let rpm: Vec<f64> = (0..50).map(|i| 9950.0 + f64::from(i)).collect();
         assert_eq!(of(&rpm), None, "9999 is a speed of an engine");
         assert_eq!(of(&[9999.0, 1.0]), None);
+    }
+
+    #[test]
+    fn minus_one_is_no_place_on_a_ride_elsewhere() {
+        let ride = |from: f64| {
+            let at = |i: u32| if i.is_multiple_of(9) { -1.0 } else { from + 1e-5 * f64::from(i) };
+            (0..90).map(at).collect::<Vec<f64>>()
+        };
+        let mut columns = [ride(47.0), ride(-1.001), ride(47.0)];
+        let mut warnings = Vec::new();
+        take_out(&["Latitude (deg)", "Longitude", "Lean"], &mut columns, &mut warnings);
+        let gone = columns.map(|c| c.iter().filter(|v| v.is_nan()).count());
+        assert_eq!(gone, [10, 0, 0]);
+        assert!(warnings.len() == 1 && warnings[0].message.contains("are -1"), "{warnings:?}");
     }
 }

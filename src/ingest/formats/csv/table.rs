@@ -23,6 +23,12 @@ const MOST_NOTES: usize = 4;
 /// Rows of numbers that are looked at for a decimal comma.
 const LOOKED_AT: usize = 50;
 
+/// Bytes of a text that are looked at as a sample of its rows.
+pub(super) const SAMPLE: usize = 1 << 16;
+
+/// Rows of it, at most.
+const SAMPLED: usize = 400;
+
 /// A text that is open at its first row of numbers.
 pub(crate) struct Table {
     /// The lines above the names, split into cells.
@@ -35,14 +41,18 @@ pub(crate) struct Table {
     pub delimiter: u8,
     /// `.` or `,`.
     pub decimal: char,
-    /// Lines above the row of names.
+    /// Lines above the row of names; a line break in quotes begins none.
     pub names_line: usize,
-    /// Line of the first row of numbers, from 1.
+    /// Lines between the names and the first row of numbers.
+    pub lines_below: usize,
+    /// Line of the first row of numbers, from 1; a line break in quotes begins one.
     pub first_line: u64,
     /// The rows of numbers.
     pub rows: Reader<Squeezed<Box<dyn Read>>>,
     /// The first of them, as it is written.
     pub first: String,
+    /// Cells of the first rows.
+    pub sample: Vec<Vec<String>>,
 }
 
 /// Opens a text.
@@ -69,12 +79,12 @@ pub(crate) fn read(
     notes: usize,
 ) -> Result<Table, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
-    let mut text = BufReader::new(Text::new(file).map_err(fail)?);
+    let mut text = BufReader::with_capacity(SAMPLE, Text::new(file).map_err(fail)?);
     let mut lines: Vec<String> = Vec::new();
     let mut first = Vec::new();
+    let mut breaks = 0;
     loop {
-        first.clear();
-        (&mut text).take(HEAD_LEN).read_until(b'\n', &mut first).map_err(fail)?;
+        breaks += layout::line(&mut text, HEAD_LEN, &mut first).map_err(fail)?;
         let line = decoded(&first);
         let line = line.trim_end_matches(['\r', '\n']);
         let numbers = layout::is_row(line, begin.is_empty());
@@ -92,7 +102,7 @@ pub(crate) fn read(
         let message = format!("{log} has no row of numbers");
         return Err(Error::new(RejectionCode::NoTable, message));
     }
-    let first_line = lines.len() as u64 + 1;
+    let first_line = lines.len() as u64 + 1 + breaks;
     let numbers = decoded(&first);
     let numbers = numbers.trim_end_matches(['\r', '\n']).to_owned();
     let Some(at) = names_row(&lines, begin, notes, &numbers) else {
@@ -103,6 +113,7 @@ pub(crate) fn read(
     let more = decoded(text.fill_buf().map_err(fail)?);
     let rows = std::iter::once(numbers.as_str()).chain(more.lines().take(LOOKED_AT));
     let decimal = layout::decimal(rows, delimiter);
+    let sample = sample(&numbers, &more, delimiter);
     let mut below: Vec<Vec<String>> =
         lines[at + 1..].iter().map(|l| cells(l, delimiter)).filter(|c| !is_blank(c)).collect();
     below.truncate(MOST_NOTES);
@@ -114,10 +125,20 @@ pub(crate) fn read(
         delimiter,
         decimal,
         names_line: at,
+        lines_below: lines.len() - at - 1,
         first_line,
         rows: layout::reader(delimiter, rest),
         first: numbers,
+        sample,
     })
+}
+
+/// Cells of the first rows: the first of them, and those that are in memory behind it.
+pub(super) fn sample(first: &str, more: &str, delimiter: u8) -> Vec<Vec<String>> {
+    // the last line may be cut
+    let whole = more.rsplit_once('\n').map_or("", |w| w.0);
+    let rows = std::iter::once(first).chain(whole.lines()).filter(|l| !l.trim().is_empty());
+    rows.take(SAMPLED).map(|line| cells(line, delimiter)).collect()
 }
 
 /// Which line holds the names. Where nothing is known of them they are as many as the row of numbers has cells: what

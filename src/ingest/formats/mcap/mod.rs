@@ -242,6 +242,7 @@ impl Topics {
                     samples: Some(topic.messages),
                     rate,
                     place: [usize::from(id), 0, 0],
+                    twin: 0,
                 });
             }
         }

@@ -36,6 +36,7 @@ pub(super) fn list(file: &Mdf3File) -> Listing {
                 samples: Some(u64::from(group.cycle_count)),
                 rate: (channel.sampling_rate > 0.0).then(|| 1.0 / channel.sampling_rate),
                 place: [dg, cg, i],
+                twin: 0,
             });
         }
     }

@@ -69,6 +69,7 @@ pub(super) fn list(file: &Mf4File) -> Listing {
                 samples: Some(cg.sample_count),
                 rate: None,
                 place: [channel.data_group_index, channel.channel_group_index, channel.index],
+                twin: 0,
             });
         }
     }

@@ -18,6 +18,7 @@ use crate::store::objects::{Location, source};
 mod apps;
 mod archive;
 mod fixes;
+mod parts;
 mod table;
 
 use apps::App;
@@ -82,14 +83,23 @@ fn read(log: &Location) -> Result<Streams, Error> {
         vec![Entry { path, bytes, broken: None }]
     };
     let mut streams = of_entries(log, entries)?;
-    streams.start_by_stamps();
+    // seconds since the start of a recording are no date
+    let stamps = streams.all.iter().flat_map(|s| s.time.iter().copied());
+    if stamps.filter(|t| t.is_finite()).fold(f64::INFINITY, f64::min) > DATED {
+        streams.start_by_stamps();
+    }
     Ok(streams)
 }
+
+/// Stamps beyond this count from 1970, s.
+const DATED: f64 = 1e8;
+/// Rows of a text from which on it is worth a word that it is not read.
+const ROWS: usize = 10;
 
 fn of_entries(log: &Location, entries: Vec<Entry>) -> Result<Streams, Error> {
     let mut streams = Streams::default();
     let mut app: Option<App> = None;
-    let mut passed_by = Vec::new();
+    let (mut passed_by, mut lost) = (Vec::new(), Vec::new());
     let (mut clock, mut empty) = ((None, Vec::new()), 0);
     for mut entry in entries {
         if entry.path.ends_with("meta/time.csv") {
@@ -103,6 +113,10 @@ fn of_entries(log: &Location, entries: Vec<Entry>) -> Result<Streams, Error> {
                 entry.path
             );
             streams.warn("truncated", 1, message);
+        }
+        let is_table = || table::rows(&entry.bytes) > ROWS;
+        if own.is_none_or(|own| app.is_some_and(|app| app != own)) && is_table() {
+            lost.push(format!("`{}`", entry.name()));
         }
         let (Some(own), stem) = (own, entry.stem().to_owned()) else {
             passed_by.push(entry.name().to_owned());
@@ -137,6 +151,24 @@ fn of_entries(log: &Location, entries: Vec<Entry>) -> Result<Streams, Error> {
         return Err(Error::new(RejectionCode::NoChannels, nothing(log, &passed_by)));
     };
     app.finish(&mut streams, &clock.1);
+    if !lost.is_empty() {
+        let names: String = lost.join(", ").chars().take(200).collect();
+        let message = format!(
+            "not read of the archive: {names}: they are no texts of {}; unpack them and convert each by a map of its own",
+            app.name()
+        );
+        streams.warn("unknown_column", lost.len(), message);
+    }
+    if app == App::Phyphox {
+        parts::join(&mut streams).map_err(|rides| {
+            let names = rides.join("`, `");
+            let message = format!(
+                "{log} holds {} rides, `{names}`, whose clocks overlap: unpack it and convert each of them by itself",
+                rides.len()
+            );
+            Error::new(RejectionCode::AmbiguousColumn, message)
+        })?;
+    }
     streams.meta.start_time = clock.0.and_then(start_time).or(streams.meta.start_time.take());
     for stream in &mut streams.all {
         stream.add_speed(["latitude", "longitude"], &["speed"]);
@@ -212,6 +244,38 @@ mod tests {
             streams.warnings.iter().any(|w| w.code == "time_missing" || w.code == "bad_line"),
             "{:?}",
             streams.warnings
+        );
+    }
+
+    #[test]
+    fn what_is_not_read_of_an_archive_is_said() {
+        let ride = |start: u32| {
+            let row = |i: u32| format!("{},54.0,47.0,8.{i:03}\n", start + i);
+            let rows: String = (0..20).map(row).collect();
+            format!("Time (s),GPS Speed (km/h),Latitude (deg),Longitude (deg)\n{rows}")
+        };
+        let (a, b) = (ride(0), ride(20));
+        let (_folder, log) =
+            log("ride.zip", &archive::packed(&[("part1.csv", &a), ("part2.csv", &b)]));
+        let streams = read(&log).expect("parts of one ride");
+        assert_eq!((streams.all.len(), streams.all[0].time.len()), (1, 40));
+        assert_eq!(streams.meta.start_time, None, "elapsed seconds are no date");
+        let (_folder, log) =
+            self::log("ride.zip", &archive::packed(&[("a/1.csv", &a), ("b/2.csv", &a)]));
+        let error = read(&log).expect_err("two rides");
+        assert!(error.message.contains("`1`, `2`"), "{error}");
+        let other = format!("rpm,gear\n{}", "3000,2\n".repeat(20));
+        let bytes = archive::packed(&[
+            ("ride.csv", &a),
+            ("obd.csv", &other),
+            ("Metadata.csv", "a,b\n1,2\n"),
+        ]);
+        let (_folder, log) = self::log("ride.zip", &bytes);
+        let streams = read(&log).expect("one ride");
+        let said: Vec<&str> = streams.warnings.iter().map(|w| w.message.as_str()).collect();
+        assert!(
+            said.len() == 1 && said[0].contains("`obd.csv`") && !said[0].contains("Metadata"),
+            "{said:?}"
         );
     }
 

@@ -28,6 +28,15 @@ pub(super) fn names(bytes: &[u8]) -> Vec<String> {
     line.split(between).map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
 }
 
+/// Lines below the names that begin with a number.
+pub(super) fn rows(bytes: &[u8]) -> usize {
+    let number = |line: &&[u8]| {
+        let line = line.trim_ascii();
+        line.strip_prefix(b"-").unwrap_or(line).first().is_some_and(u8::is_ascii_digit)
+    };
+    bytes.split(|b| *b == b'\n').skip(1).filter(number).count()
+}
+
 /// The whole text; `None` of one without rows. Rows without a stamp are left out, with a warning. Of the column `dates`
 /// the cells are dates.
 ///
@@ -58,6 +67,7 @@ pub(super) fn read(
         width,
         clock: dates,
         units: &[],
+        coordinates: &[],
     };
     let read = cells::read_all(label, &mut table.rows, &places, writing, usize::MAX)?;
     let mut columns = read.columns;

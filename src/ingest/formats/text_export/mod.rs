@@ -335,6 +335,7 @@ fn rows(
         width: table.names.len(),
         clock,
         units: &[],
+        coordinates: &[],
     };
     cells::read(log, &mut table.rows, places, writing, most)
 }

@@ -13,6 +13,14 @@ const WORDS: &[(&str, &str)] = &[
     ("radgeschwindigkeit", "wheel speed"), ("radspeed", "wheel speed"), ("vorderradgeschwindigkeit", "wheel speed front"),
     ("hinterradgeschwindigkeit", "wheel speed rear"), ("vorderraddrehzahl", "wheel speed front"),
     ("hinterraddrehzahl", "wheel speed rear"), ("wielsnelheid", "wheel speed"),
+    // Russian, Japanese and Chinese: what is written in one word is one entry
+    ("передн", "front"), ("задн", "rear"), ("колес", "wheel"), ("давлени", "pressure"), ("тормоз", "brake"),
+    ("дроссел", "throttle"), ("передача$", "gear"), ("前輪速", "wheel speed front"), ("後輪速", "wheel speed rear"),
+    ("前ブレーキ", "brake pressure front"), ("後ブレーキ", "brake pressure rear"), ("ブレーキ液圧", "brake pressure"),
+    ("前$", "front"), ("後$", "rear"), ("スロットル", "throttle"), ("ギア$", "gear"), ("ギヤ$", "gear"),
+    ("方位", "heading"), ("リーン角", "lean angle"), ("前轮速", "wheel speed front"), ("后轮速", "wheel speed rear"),
+    ("前刹车", "brake pressure front"), ("后刹车", "brake pressure rear"), ("油门", "throttle"), ("档位", "gear"),
+    ("挡位", "gear"), ("航向", "heading"),
     // wheels and ends
     ("vorderrad", "wheel front"), ("hinterrad", "wheel rear"), ("roue", "wheel"), ("ruota", "wheel"),
     ("rueda", "wheel"), ("roda$", "wheel"), ("wiel$", "wheel"), ("voorwiel", "wheel front"), ("achterwiel", "wheel rear"),

@@ -86,6 +86,9 @@ fn correct(table: &mut Table, verdict: &Verdict, findings: &[&Finding], listing:
         table.put("from", &quoted(&called(channel, listing)));
         // they were the other channel's
         ["or", "scale", "offset", "ratio"].iter().for_each(|key| table.out(key));
+        if verdict.offset != 0.0 {
+            table.put("offset", &format!("{:?}", verdict.offset));
+        }
     }
     if other || unit {
         put_unit(table, verdict, channel.unit.as_deref().map(str::trim));

@@ -122,6 +122,24 @@ fn short_clock(name: &str) -> Option<(usize, Option<&'static str>)> {
     Some((usize::MAX, Some(unit)))
 }
 
+/// Whether a word of another language is one of those that names are made of, or the name of a clock.
+pub(crate) fn is_known_word(word: &str) -> bool {
+    let plain = names::folded(word);
+    languages::english(&plain).is_some() || names::clock(word).is_some()
+}
+
+/// The columns that a name may mean.
+pub(crate) fn columns_called(name: &str) -> Vec<Channel> {
+    let words = words(units::of_name(name).0);
+    let is = |rule: &&Rule| name == rule.channel.name() || rule.score(&words).is_some();
+    RULES.iter().filter(is).map(|rule| rule.channel).collect()
+}
+
+/// Whether a name may mean a column.
+pub(crate) fn is_called(name: &str, column: Channel) -> bool {
+    columns_called(name).contains(&column)
+}
+
 /// The channel whose name is best for a column; of equal ones the first.
 pub(crate) fn best_named(channels: &[SourceChannel], column: Channel) -> Option<usize> {
     let rule = RULES.iter().find(|r| r.channel == column)?;

@@ -162,6 +162,9 @@ fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::f
     if let Some(own) = own.filter(|own| *own != verdict.unit && verdict.unit != "?") {
         writeln!(out, "{mark}file_unit = {}", quoted(own))?;
     }
+    if verdict.offset != 0.0 {
+        writeln!(out, "{mark}offset = {:?}", verdict.offset)?;
+    }
     if verdict.sign < 0.0 {
         writeln!(out, "{mark}sign = -1")?;
     }

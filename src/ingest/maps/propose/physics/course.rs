@@ -9,7 +9,7 @@ use super::verdict::{Verdict, Verdicts};
 use crate::contract::channel::Channel;
 use crate::ingest::maps::units;
 
-pub(super) const ANGLES: [&str; 2] = ["deg", "rad"];
+const ANGLES: [&str; 2] = ["deg", "rad"];
 /// The turn of a path tells delays no better than this, s: up to 0.2 off on simulated rides, as the motorcycle slips to
 /// the side. Nor does a course or yaw angle, whose own delay is by the path.
 pub(super) const BY_POSITION: f64 = 0.08;

@@ -2,7 +2,7 @@
 
 use super::log::{Log, Unit, unit_of};
 use super::signal::{change, line, mean};
-use super::speed::{SPAN, SPEEDS, Speed, called, in_si, is_wheel};
+use super::speed::{SCALED, SPAN, SPEEDS, Speed, called, in_si, is_wheel};
 use super::verdict::{Verdict, Verdicts};
 use crate::contract::channel::Channel;
 
@@ -39,7 +39,9 @@ pub(super) fn velocity(
         if log.of_other_dimension(speed.place, &["speed"]) {
             continue;
         }
-        let Some(unit) = unit_of(own, "m/s", &SPEEDS, speed.slope, 0.06) else { continue };
+        let scaled = || unit_of(own, "m/s", &SCALED, speed.slope, 0.02);
+        let unit = unit_of(own, "m/s", &SPEEDS, speed.slope, 0.06).or_else(scaled);
+        let Some(unit) = unit else { continue };
         let x = in_si(log, speed);
         let step = log.live(speed.place).map_or(0.0, |s| s.step);
         let step_of = |s: &Speed| log.live(s.place).map_or(0.0, |l| l.step) / s.slope;

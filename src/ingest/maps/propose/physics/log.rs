@@ -1,11 +1,19 @@
 //! The channels of a log with their samples, and what their names and units say.
 
+use std::sync::Arc;
+
 use super::super::words::{RULES, words};
 use super::signal::{Clock, Signal};
 use crate::contract::channel::Channel;
+use crate::ingest::checks::frozen::frozen;
+use crate::ingest::clock::held::{self, RECEIVER};
 use crate::ingest::formats::listing::SourceChannel;
 use crate::ingest::maps::units;
+use crate::ingest::motion::receiver;
 use crate::ingest::raw::Column;
+
+/// A position that rests so long, s, and then jumps had lost its fix.
+const FROZEN: f64 = 2.0;
 
 /// A log as the motion judges it.
 pub(crate) struct Log<'a> {
@@ -15,22 +23,75 @@ pub(crate) struct Log<'a> {
     /// The words of the channels' names.
     words: Vec<Vec<String>>,
     clock: Clock,
+    /// What was seen of the samples.
+    pub(crate) remarks: Vec<String>,
 }
 
 impl<'a> Log<'a> {
     /// Without samples yet.
     pub(crate) fn new(channels: &'a [SourceChannel], clock: Clock) -> Self {
         let words = channels.iter().map(|c| words(units::of_name(&c.name).0)).collect();
-        Log { channels, signals: channels.iter().map(|_| None).collect(), words, clock }
+        let signals = channels.iter().map(|_| None).collect();
+        Log { channels, signals, words, clock, remarks: Vec::new() }
+    }
+
+    /// Takes the samples of the channels from a place on; what only repeats a receiver's fix is none.
+    pub(crate) fn take(&mut self, place: usize, mut columns: Vec<Column>) {
+        let named = |i: &usize| RECEIVER.iter().any(|c| self.score(place + i, *c).is_some());
+        let receiver: Vec<usize> = (0..columns.len()).filter(named).collect();
+        self.without_fix(place, &mut columns, &receiver, None);
+        self.remarks.extend(held::thin_columns(&mut columns, &receiver));
+        self.without_fix(place, &mut columns, &receiver, Some(FROZEN));
+        columns.iter().enumerate().for_each(|(i, column)| self.put(place + i, column));
+    }
+
+    /// Takes out what a receiver without a fix writes for its course, speed and altitude; or, where positions that rest for
+    /// so long, s, and then jump are looked for, these too.
+    fn without_fix(
+        &self,
+        place: usize,
+        columns: &mut [Column],
+        of_receiver: &[usize],
+        frozen_for: Option<f64>,
+    ) {
+        let called = |i: usize, column: Channel| self.score(place + i, column).is_some();
+        let best = |column: Channel| of_receiver.iter().copied().find(|i| called(*i, column));
+        let (Some(north), Some(east)) = (best(Channel::Latitude), best(Channel::Longitude)) else {
+            return;
+        };
+        let time = Arc::clone(&columns[north].time);
+        if !Arc::ptr_eq(&time, &columns[east].time) {
+            return;
+        }
+        let [mut lat, mut lon] = [north, east].map(|i| columns[i].values.clone());
+        let mut lost = receiver::positions(&mut lat, &mut lon);
+        if let Some(least) = frozen_for {
+            let runs = frozen(&time, [&lat, &lon], least);
+            lost.runs = runs.into_iter().map(|(a, b)| (a + 1..b, true)).collect();
+            for (rows, _) in &lost.runs {
+                for i in [north, east] {
+                    columns[i].values[rows.clone()].fill(f64::NAN);
+                }
+            }
+        }
+        for &i in of_receiver.iter().filter(|i| **i != north && **i != east) {
+            if Arc::ptr_eq(&columns[i].time, &time) {
+                let is_speed = held::SPEEDS.iter().any(|c| called(i, *c));
+                receiver::take_out(&mut columns[i].values, &lost, is_speed);
+            }
+        }
     }
 
     /// Takes the samples of a channel, without those that its name says are none: positions before the first fix, a
     /// speed that is suddenly zero.
-    pub(crate) fn put(&mut self, place: usize, column: &Column) {
+    fn put(&mut self, place: usize, column: &Column) {
         use Channel::*;
         let named = |columns: &[Channel]| columns.iter().any(|c| self.score(place, *c).is_some());
         let there: Option<Vec<bool>> = if named(&[Latitude, Longitude]) {
-            Some(column.values.iter().map(|x| *x != 0.0 && x.abs() < 999.0).collect())
+            // some receivers write the pole and the date line before their first fix
+            let none = if named(&[Latitude]) { 90.0 } else { 180.0 };
+            let is_place = |x: &f64| *x != 0.0 && x.abs() < 999.0 && x.abs() != none;
+            Some(column.values.iter().map(is_place).collect())
         } else if named(&[VelocityX, WheelSpeedFront, WheelSpeedRear]) {
             without_dropouts(&column.values)
         } else {
@@ -41,7 +102,7 @@ impl<'a> Log<'a> {
             Some(there) => {
                 let kept = column.values.iter().zip(&there);
                 let values = kept.map(|(x, t)| if *t { *x } else { f64::NAN }).collect();
-                let time = std::sync::Arc::clone(&column.time);
+                let time = Arc::clone(&column.time);
                 Signal::of(&Column { name: column.name.clone(), time, values }, self.clock)
             }
         };
@@ -100,6 +161,14 @@ impl<'a> Log<'a> {
         (units::dimension(unit) == Some(dimension)).then_some(unit)
     }
 
+    /// What the log gives as a channel's unit, where that is none that is known.
+    pub(crate) fn unknown_unit(&self, place: usize) -> Option<&str> {
+        let channel = &self.channels[place];
+        let own = channel.unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
+        let said = own.or_else(|| in_brackets(&channel.name).filter(|text| is_like_a_unit(text)));
+        said.filter(|unit| units::dimension(unit).is_none())
+    }
+
     /// Whether the log gives a unit that measures something else.
     pub(crate) fn of_other_dimension(&self, place: usize, dimensions: &[&str]) -> bool {
         let unit = self.channels[place].unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
@@ -114,6 +183,29 @@ impl<'a> Log<'a> {
             words.iter().filter_map(|w| axis_of(w).map_or(Some(w.as_str()), |a| a.1)).collect();
         Some((format!("{} {}", self.channels[place].group, rest.join(" ")), found))
     }
+}
+
+/// What a name ends with in brackets.
+fn in_brackets(name: &str) -> Option<&str> {
+    let name = name.trim();
+    let within = |(open, close): (char, char)| Some(name.strip_suffix(close)?.rsplit_once(open)?.1);
+    let text = [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')].into_iter().find_map(within)?;
+    Some(text.trim())
+}
+
+/// Whether a text is a unit of somebody's: a number of some (`0.5bar`), a fraction (`kp/cm2`) or a known one with a
+/// prefix (`dbar`). Places, names of sensors and notes are none.
+fn is_like_a_unit(text: &str) -> bool {
+    let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | ' ' | '*' | 'x');
+    let behind = text.trim_start_matches(number);
+    let scaled = behind.len() < text.len() && behind.starts_with(char::is_alphabetic);
+    let fraction = text.split_once('/').is_some_and(|(above, below)| {
+        above.chars().count() >= 2 && !below.is_empty() && !below.contains('/')
+    });
+    let prefixed = ["bar", "Pa", "psi", "deg", "rad", "rpm", "dps"];
+    scaled
+        || fraction
+        || prefixed.iter().any(|unit| text.len() > unit.len() && text.ends_with(unit))
 }
 
 /// A fall to zero from more than this share of the largest speed, between two samples, is none.
@@ -190,4 +282,21 @@ pub(super) fn unit_of(
         of(a).total_cmp(&of(b))
     })?;
     fits(best).then(|| Unit { name: (*best).to_owned(), not: own.map(str::to_owned) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_that_nobody_knows_is_seen_and_a_note_is_none() {
+        for unit in ["0.25qbar", "0.1 zar", "kp/cm2", "ybar", "zPa"] {
+            assert!(is_like_a_unit(unit), "{unit}");
+        }
+        for note in ["front", "GPS", "F", "2", "ch1", "F/R", "raw", "bar", "left hand", "0-100"] {
+            assert!(!is_like_a_unit(note), "{note}");
+        }
+        assert_eq!(in_brackets("Brake F [ybar]"), Some("ybar"));
+        assert_eq!(in_brackets("Brake F"), None);
+    }
 }

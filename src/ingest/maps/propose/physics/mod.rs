@@ -13,6 +13,7 @@
 //! names alone speak.
 
 mod accelerations;
+mod brakes;
 mod controls;
 mod course;
 mod delay;
@@ -20,6 +21,7 @@ mod ground;
 mod inertial;
 mod lag;
 mod log;
+mod mirrored;
 mod rest;
 mod signal;
 mod speed;
@@ -52,14 +54,14 @@ const RECEIVER: f64 = 0.12;
 ///
 /// `radii` are those of the bike file, front and rear, m.
 pub(crate) fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
-    let mut out = Verdicts::default();
+    let mut out = Verdicts { remarks: log.remarks.clone(), ..Verdicts::default() };
     rest::still(log, &mut out);
     match speeds::speeds(log, radii, &mut out) {
         Some(mut motion) => {
             turning::turning(log, &mut motion, &mut out);
             accelerations::accelerations(log, &motion, &mut out);
             controls::controls(log, &motion, &mut out);
-            controls::same_pressure_unit(log, &mut out);
+            brakes::same_pressure_unit(log, &mut out);
             controls::travel(log, &motion, &mut out);
             inertial::inertial(log, &motion, &mut out);
             rest::others(log, &motion, &mut out);

@@ -17,7 +17,7 @@ const EXACT: f64 = 0.9999;
 pub(super) fn still(log: &Log<'_>, out: &mut Verdicts) {
     for (place, signal) in log.signals.iter().enumerate() {
         match signal {
-            None => out.left.push((place, "it holds no number".into())),
+            None => out.left.push((place, nothing(log, place).into())),
             Some(s) if s.constant() => {
                 out.left.push((place, format!("always {}", s.extent[0])));
                 out.constant.push(place);
@@ -27,6 +27,18 @@ pub(super) fn still(log: &Log<'_>, out: &mut Verdicts) {
             }
             Some(_) => {}
         }
+    }
+}
+
+/// Why a channel holds nothing: positions that are no degrees were taken out.
+fn nothing(log: &Log<'_>, place: usize) -> &'static str {
+    let position =
+        [Channel::Latitude, Channel::Longitude].iter().any(|c| log.score(place, *c).is_some());
+    match position {
+        true => {
+            "it holds no number that is an angle in degrees; if it is in another scale, give `scale`"
+        }
+        false => "it holds no number",
     }
 }
 
@@ -158,7 +170,21 @@ fn unlike(log: &Log<'_>, motion: &Motion, place: usize) -> String {
     let r = line(&motion.speed, log.x(place)).map_or(0.0, |l| l.r);
     if named.is_empty() {
         format!("no column by name or motion (r = {r:.2} with the speed)")
+    } else if fits(log, place) {
+        format!(
+            "named like {}, but the motion does not go with it (r = {r:.2} with the speed); does a number in it stand for \
+             none, or does it jump? Name such numbers in `csv.missing`",
+            named.join(", ")
+        )
     } else {
         format!("named like {}, but its unit measures something else", named.join(", "))
     }
+}
+
+/// Whether a channel's unit is that of a column it is named like, or not known.
+fn fits(log: &Log<'_>, place: usize) -> bool {
+    let unit = log.channels[place].unit.as_deref().and_then(units::dimension);
+    let named = |r: &&super::super::words::Rule| log.score(place, r.channel).is_some();
+    let mut rules = super::super::words::RULES.iter().filter(named);
+    unit.is_none_or(|unit| rules.any(|r| r.dimension == unit))
 }

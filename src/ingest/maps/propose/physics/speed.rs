@@ -7,6 +7,9 @@ use crate::contract::channel::Channel;
 pub(super) const SPAN: usize = 10;
 /// Units of speeds that loggers write.
 pub(super) const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
+/// Those of whole numbers.
+pub(super) const SCALED: [&str; 7] =
+    ["0.1 km/h", "0.01 km/h", "0.1 m/s", "0.01 m/s", "mm/s", "0.1 mph", "0.1 kn"];
 
 /// A channel that is a speed.
 #[derive(Debug, Clone)]

@@ -6,11 +6,12 @@ use super::lag::{Wheel, lag};
 use super::log::{Log, unit_of};
 use super::signal::{self, RATE, change, line, mean, regression};
 use super::speed::{SPAN, SPEEDS, Speed, called, in_si, is_wheel};
-use super::verdict::{FAR, Verdicts};
+use super::verdict::{FAR, Verdict, Verdicts};
 use super::wheel;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::geodesy::metres_per_degree;
+use crate::ingest::checks::coarse::COARSE;
 use crate::ingest::maps::units;
 
 /// Above this the bike moves, m/s.
@@ -23,6 +24,8 @@ const WHEEL_ALIKE: f64 = 0.93;
 const REFERENCE: f64 = 0.02;
 /// Faster than any motorcycle: a position that jumps, m/s.
 const FASTEST: f64 = 120.0;
+/// Points of a position that froze, at least: 2 s.
+const FROZEN: usize = 40;
 /// Share of the time that positions may jump.
 const JUMPS: f64 = 0.15;
 /// Share of the time that a speed may be off the reference, a dropout, a stop of the receiver.
@@ -70,11 +73,12 @@ pub(super) fn position(log: &Log<'_>) -> Option<Position> {
     };
     let (fa, fo) = (degrees(lat), degrees(lon));
     let [north, east] = metres_per_degree(signal::quantile(log.x(lat), 0.5) * fa);
-    let along = |x: &[f64], factor: f64| -> Vec<f64> {
-        change(x, SPAN).iter().map(|v| v * factor).collect()
+    let metres = |place: usize, factor: f64| -> Vec<f64> {
+        log.x(place).iter().map(|x| x * factor).collect()
     };
-    let vn: Vec<f64> = along(log.x(lat), fa).iter().map(|v| v * north).collect();
-    let ve: Vec<f64> = along(log.x(lon), fo).iter().map(|v| v * east).collect();
+    let [mut y, mut x] = [metres(lat, fa * north), metres(lon, fo * east)];
+    without_frozen(&mut y, &mut x);
+    let [vn, ve] = [change(&y, SPAN), change(&x, SPAN)];
     let whole: Vec<f64> = vn.iter().zip(&ve).map(|(n, e)| n.hypot(*e)).collect();
     // a position that jumps is none there, and one that jumps often is none at all
     let sane = |v: f64| !v.is_finite() || v < FASTEST;
@@ -94,6 +98,58 @@ pub(super) fn position(log: &Log<'_>) -> Option<Position> {
         course: signal::unwrapped(&direction, std::f64::consts::TAU),
         speed,
     })
+}
+
+/// Whether the position is rounded too coarsely to tell a speed; its columns are by name then.
+fn coarse(log: &Log<'_>, out: &mut Verdicts) -> bool {
+    let columns = [Channel::Latitude, Channel::Longitude];
+    let places = columns.map(|c| log.named(c).first().copied());
+    let [Some(lat), Some(lon)] = places else { return false };
+    let degrees = |place: usize| {
+        let unit = log.unit(place, "angle").unwrap_or("deg");
+        units::conversion(unit, "deg").map_or(1.0, |c| c.factor)
+    };
+    let metres = metres_per_degree(signal::quantile(log.x(lat), 0.5) * degrees(lat));
+    let step = |place: usize, metres: f64| {
+        log.live(place).map_or(0.0, |s| s.step * degrees(place) * metres)
+    };
+    let steps = [step(lat, metres[0]), step(lon, metres[1])];
+    if !steps.iter().all(|s| *s > COARSE) {
+        return false;
+    }
+    let rounded = format!("rounded to {:.0} m", steps[0].max(steps[1]));
+    out.remarks.push(format!(
+        "the position is {rounded}: too coarse to compare speeds and bends with; write it with seven decimals of a degree"
+    ));
+    for (column, place) in columns.into_iter().zip([lat, lon]) {
+        let own = log.unit(place, "angle");
+        let v = Verdict::new(column, place, own.unwrap_or("deg")).because(format!(
+            "by its name: {rounded}, it tells where the ride was and not how fast"
+        ));
+        out.entries.push(match own {
+            Some(_) => v,
+            None => v.doubted("the log does not say its unit, and its path tells none"),
+        });
+    }
+    true
+}
+
+/// Takes positions out that froze: they rest, and then jump as no motorcycle moves.
+fn without_frozen(y: &mut [f64], x: &mut [f64]) {
+    let hops: Vec<f64> =
+        y.windows(2).zip(x.windows(2)).map(|(y, x)| (y[1] - y[0]).hypot(x[1] - x[0])).collect();
+    let far = |hop: &f64| *hop > FASTEST / RATE;
+    let mut at = 0;
+    for run in hops.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)) {
+        let end = at + run.len();
+        let jump = hops[end..].iter().take_while(|hop| far(hop)).count();
+        if run[0] == 0.0 && run.len() >= FROZEN && jump > 0 {
+            // its first point is that of the last fix; a line was drawn along the jump
+            y[at + 1..end + jump].fill(f64::NAN);
+            x[at + 1..end + jump].fill(f64::NAN);
+        }
+        at = end;
+    }
 }
 
 /// Every channel that is a speed, by the reference (m/s, over a second) where the bike goes straight.
@@ -121,8 +177,10 @@ fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
     let ratios: Vec<f64> =
         reference.iter().zip(x).map(|(v, x)| if *v > MOVING { x / v } else { f64::NAN }).collect();
     let slope = signal::quantile(&ratios, 0.5);
-    let off = |i: usize| (ratios[i] / slope - 1.0).abs() > 0.25;
-    let there = ratios.iter().filter(|r| r.is_finite()).count();
+    // a reference that rests while the other moves is off as well
+    let rests = |i: usize| reference[i] <= MOVING && x[i] / slope > 2.0 * MOVING;
+    let off = |i: usize| (ratios[i] / slope - 1.0).abs() > 0.25 || rests(i);
+    let there = (0..ratios.len()).filter(|&i| ratios[i].is_finite() || rests(i)).count();
     let lost = (0..ratios.len()).filter(|&i| off(i)).count();
     let near = signal::masked(x, |i| !off(i));
     (lost as f64 <= OFF * there as f64).then(|| line(reference, &near))?
@@ -130,7 +188,7 @@ fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
 
 /// Speed over ground and wheels, and what everything else is held against; `None` where the log has no speed.
 pub(super) fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
-    let position = position(log);
+    let position = if coarse(log, out) { None } else { position(log) };
     let (reference, from) = match &position {
         Some(p) => (p.speed.clone(), "speed over ground from the position".to_owned()),
         None => named_reference(log)?,
@@ -325,4 +383,51 @@ fn driven(log: &Log<'_>, first: &Speed, second: &Speed, lateral: &[f64]) -> Opti
     };
     let (found, error) = regression(&columns, &ratio, keep)?;
     Some((found[0], found[0] / error[0]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 15 m/s to the north with a bend; `frozen` seconds from 30 s on.
+    fn path(frozen: f64, jumps: bool) -> [Vec<f64>; 2] {
+        let at = |i: i32| {
+            let t = f64::from(i) / RATE;
+            match (30.0..30.0 + frozen).contains(&t) {
+                true => 30.0,
+                false if !jumps && t > 30.0 => t - frozen,
+                false => t,
+            }
+        };
+        let of = |f: &dyn Fn(f64) -> f64| (0..1200).map(|i| f(at(i))).collect();
+        [of(&|t| 15.0 * t), of(&|t| 40.0 * (0.2 * t).sin())]
+    }
+
+    #[test]
+    fn a_frozen_position_is_none_and_a_stop_is_one() {
+        let lost = |[mut y, mut x]: [Vec<f64>; 2]| {
+            without_frozen(&mut y, &mut x);
+            y.iter().filter(|y| y.is_nan()).count()
+        };
+        let frozen = lost(path(8.0, true));
+        assert!((155..=165).contains(&frozen), "{frozen}");
+        assert_eq!(lost(path(8.0, false)), 0, "it stood");
+        assert_eq!(lost(path(1.0, true)), 0, "a slow receiver");
+        assert_eq!(lost([vec![0.0; 400], vec![0.0; 400]]), 0);
+    }
+
+    /// A reference that rests for 8 of 60 s takes no speed away.
+    #[test]
+    fn a_speed_is_one_though_the_reference_stops_for_a_while() {
+        let speed: Vec<f64> =
+            (0..1200).map(|i| 20.0 + 5.0 * (0.4 * f64::from(i) / RATE).sin()).collect();
+        let mut reference = speed.clone();
+        reference[600..710].fill(0.0);
+        let wheel: Vec<f64> = speed.iter().map(|v| 3.6 * v).collect();
+        let found = line_without_dropouts(&reference, &wheel).expect("a little while");
+        assert!(found.r > 0.999 && (found.slope - 3.6).abs() < 1e-6, "{found:?}");
+        // half of the time is no little while
+        reference[100..710].fill(0.0);
+        assert!(line_without_dropouts(&reference, &wheel).is_none());
+    }
 }

@@ -4,18 +4,21 @@
 //! (1)  yaw rate = d(course)/dt        (2)  tan(roll) = -v r / g
 //! ```
 
-use super::course::{ANGLES, BY_POSITION, course};
+use super::course::{BY_POSITION, course};
 use super::delay::{Delay, delay};
 use super::log::{Log, unit_of};
+use super::mirrored;
 use super::signal::{change, earlier, line, mean};
 use super::speed::SPAN;
 use super::speeds::{MOVING, Motion};
-use super::verdict::{Verdict, Verdicts};
+use super::verdict::{Verdict, Verdicts, unknown};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::ingest::maps::units;
 use crate::statistics::order;
 
+/// Units of leans that loggers write, whole numbers of a fraction of a degree included.
+const LEANS: [&str; 4] = ["deg", "rad", "0.1 deg", "0.01 deg"];
 pub(super) const RATES: [&str; 2] = ["deg/s", "rad/s"];
 /// A motorcycle leans by this much more than its centre of mass would have to: tyres are wide.
 const TYRES: f64 = 1.08;
@@ -29,6 +32,11 @@ pub(super) const LEADS: f64 = 0.02;
 const TOO_PERFECT: f64 = 0.045;
 /// ... and is as large within this: tyres are wide, and a measured lean is 2.5 to 7 % larger.
 const AS_LARGE: f64 = 0.02;
+
+/// A lean that says more than this upright is not counted from there, deg: no sensor is mounted that badly ...
+const COUNTED: f64 = 25.0;
+/// ... and within this of a quarter turn it is counted from that.
+const NEAR_QUARTER: f64 = 4.0;
 
 /// How much faster a wheel turns by its crown: `v = w R (1 - CROWN (1 - cos(roll)))`.
 const CROWN: f64 = 0.2;
@@ -45,8 +53,15 @@ pub(super) fn turning(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
         let turn = change(&position.course, SPAN);
         let late = late.filter(|_| receiver.is_some());
         placed(log, motion, late, out);
-        motion.turn = Some(earlier(&turn, late.map_or(0.0, |d| d.value)));
+        let mut turn = earlier(&turn, late.map_or(0.0, |d| d.value));
+        let mirror = mirrored::mirrored(log, position, &turn);
         motion.turn_from = "the path of the position".into();
+        if let Some((channel, course)) = mirror {
+            mirrored::doubt(channel, &course, out);
+            turn.iter_mut().for_each(|w| *w = -*w);
+            motion.turn_from += " (mirrored)";
+        }
+        motion.turn = Some(turn);
     }
     course(log, motion, out);
     let gyro = yaw_rate(log, motion, out);
@@ -225,6 +240,21 @@ fn ideal_lean(motion: &Motion, turn: &[f64], gyro: Option<&Gyro>) -> Vec<f64> {
     (0..turn.len()).map(of).collect()
 }
 
+/// What a lean says upright, in its own unit, where that is no error of its zero but another way to count: from the
+/// horizontal, say. `factor` of its numbers are 1 rad.
+fn upright(offset: f64, factor: f64) -> Option<f64> {
+    let degrees = (offset / factor).to_degrees();
+    if degrees.abs() < COUNTED {
+        return None;
+    }
+    let quarter = 90.0 * (degrees / 90.0).round();
+    let degrees = if (degrees - quarter).abs() < NEAR_QUARTER { quarter } else { degrees };
+    let own = degrees.to_radians() * factor;
+    // to a hundredth of a degree, in a number that can be read
+    let digits = 10.0_f64.powf(2.0 - (factor.to_radians()).log10().floor());
+    Some((own * digits).round() / digits)
+}
+
 /// How coarse a channel of leans is: the share of the ride that it rests at zero, and its step in rad.
 fn coarseness(log: &Log<'_>, motion: &Motion, place: usize, factor: f64) -> (f64, f64) {
     let rides = |i: &usize| motion.ground.get(*i).is_some_and(|v| *v > MOVING);
@@ -268,7 +298,7 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
             ));
             continue;
         };
-        let Some(unit) = unit_of(own, "rad", &ANGLES, l.slope, 0.35) else {
+        let Some(unit) = unit_of(own, "rad", &LEANS, l.slope, 0.35) else {
             out.left.push((
                 place,
                 format!(
@@ -281,6 +311,10 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
         let factor = units::conversion("rad", &unit.name).map_or(1.0, |c| c.factor);
         let mut v = Verdict { confirmed: true, ..Verdict::new(Channel::Roll, place, &unit.name) };
         v.sign = l.slope.signum();
+        if let Some(upright) = upright(l.offset, factor) {
+            v.offset = -upright;
+            v = v.because(format!("upright it says {upright}: taken off"));
+        }
         let after = gyro.map_or(receiver, |g| Some(g.late));
         (v.delay, v.delay_error) = late.map_or((0.0, None), |d| {
             (
@@ -437,6 +471,25 @@ pub(super) fn by_name(log: &Log<'_>, column: Channel, place: usize, dimension: &
     match own {
         Some(_) => v,
         None if dimension == "ratio" => Verdict { unit: "1".into(), ..v },
-        None => v.doubted("the log does not say its unit"),
+        None => match log.unknown_unit(place) {
+            Some(unit) => v.doubted(unknown(unit)),
+            None => v.doubted("the log does not say its unit"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lean_may_be_counted_from_the_horizontal() {
+        let degree = 1.0_f64.to_degrees();
+        assert_eq!(upright(90.8, degree), Some(90.0));
+        assert_eq!(upright(-179.2, degree), Some(-180.0));
+        assert_eq!(upright(9130.0, 100.0 * degree), Some(9000.0));
+        assert_eq!(upright(1.56, 1.0), Some(1.5708));
+        assert_eq!(upright(40.123, degree), Some(40.12));
+        assert_eq!(upright(5.0, degree), None, "a zero that is off");
     }
 }

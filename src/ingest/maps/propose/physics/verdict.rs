@@ -10,6 +10,14 @@ pub(crate) const UNTIMED: &str =
 pub(crate) const PRESSURE: &str =
     "the log says another unit than its deceleration suits: which one is it? put it in";
 
+/// The doubt of a channel whose unit the log gives, but nobody knows: it is not taken for a channel without one.
+pub(super) fn unknown(unit: &str) -> String {
+    format!(
+        "the log gives `{unit}` as its unit, which roadbench does not know: put in `unit`, and `scale` where a number is \
+         not one of that unit"
+    )
+}
+
 /// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
 pub(crate) const FAR: f64 = 5.0;
 
@@ -22,6 +30,8 @@ pub struct Verdict {
     pub source: usize,
     /// Its unit, as a map says it.
     pub unit: String,
+    /// Added to the log's numbers, in its unit: minus what it says where it should say 0.
+    pub offset: f64,
     /// 1 or -1.
     pub sign: f64,
     /// Radius that turns a surface speed into spin, m: of the bike file, or a stand-in.
@@ -58,6 +68,7 @@ impl Verdict {
             channel,
             source,
             unit: unit.to_owned(),
+            offset: 0.0,
             sign: 1.0,
             radius: None,
             delay: 0.0,
