@@ -84,7 +84,7 @@ pub(super) fn take_out(log: &mut Clocked, warnings: &mut Vec<Warning>) {
         log.tracks[v].values[a..b].fill(f64::NAN);
     }
     let message = format!(
-        "{count} samples are 0 although {}, in {} places: the receiver gave no speed; taken as missing",
+        "{count} samples are 0 although {}, in {} place(s): the receiver gave no speed; taken as missing",
         match wheels_turn {
             true => "the wheels turn",
             false => "the position goes on",

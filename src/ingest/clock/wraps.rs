@@ -15,8 +15,11 @@ const TURNS: [(f64, &str); 12] = [
     (60.0, "the seconds of a minute"), (3600.0, "the seconds of an hour"), (86_400.0, "the seconds of a day"),
     (604_800.0, "the seconds of a week of GPS"), (43_200.0, "the seconds of half a day"),
 ];
-/// Seconds by which a clock of GPS is ahead of UTC, until the receiver has heard of it.
-const LEAP: f64 = 18.0;
+/// Seconds by which a receiver's clock is ahead of UTC until it has heard of the leap seconds: of all of them, or of those
+/// since it was made.
+const LEAPS: [f64; 4] = [2.0, 3.0, 4.0, 18.0];
+/// Such a clock goes on at the pace of its rows, but for this share of it.
+const PACE: f64 = 0.3;
 /// s that the end of summer time puts a clock back.
 const SUMMER: f64 = 3600.0;
 /// Stamps beyond this count from a day, s.
@@ -32,7 +35,8 @@ pub(crate) fn unroll(stamps: &mut [f64]) -> Option<(usize, String)> {
     if !falls(stamps) && !stamps.iter().any(|t| t.is_nan()) {
         return None;
     }
-    let near = LOST * usual_step(stamps)?;
+    let step = usual_step(stamps)?;
+    let near = LOST * step;
     let there: Vec<usize> = (0..stamps.len()).filter(|&i| stamps[i].is_finite()).collect();
     let own: Vec<f64> = there.iter().map(|&i| stamps[i]).collect();
     let (mut turn, mut count, mut what) = (None, 0, String::new());
@@ -53,18 +57,21 @@ pub(crate) fn unroll(stamps: &mut [f64]) -> Option<(usize, String)> {
                 turn = TURNS.iter().position(|t| t.0 == *by);
                 all += by;
                 count += 1;
-                what = format!("its stamps are {name} and begin again: they go on");
+                what = format!("the stamps are {name}, which began again: they go on");
             } else if SHARE * near < SUMMER && goes_on(SUMMER) {
                 all += SUMMER;
                 count += 1;
                 "the clock was put back by one hour, the end of summer time: it goes on"
                     .clone_into(&mut what);
-            } else if at > DATED && 2.0 * near < LEAP && goes_on(LEAP) {
+            } else if let Some(leap) = LEAPS
+                .into_iter()
+                .find(|by| at > DATED && (at + by - before - step).abs() < PACE * step.min(1.0))
+            {
                 // those before it are wrong
-                added[..k].iter_mut().for_each(|a| *a -= LEAP);
+                added[..k].iter_mut().for_each(|a| *a -= leap);
                 count += 1;
                 what = format!(
-                    "the receiver put its clock back by {LEAP} s, from the time of GPS to UTC: what is before that is put right"
+                    "the receiver put its clock back by {leap} s, leap seconds of UTC: what is before that is put right"
                 );
             }
         }
@@ -129,9 +136,13 @@ mod tests {
         let plain: Vec<f64> = (0..600).map(|i| start + 0.1 * f64::from(i)).collect();
         let with =
             |by: f64| plain.iter().enumerate().map(move |(i, t)| if i < 200 { t + by } else { *t });
-        let mut leap: Vec<f64> = with(18.0).collect();
-        assert_eq!(unroll(&mut leap).map(|u| u.0), Some(1));
-        assert!(leap.iter().zip(&plain).all(|(a, b)| (a - b).abs() < 1e-6));
+        for by in [18.0, 2.0] {
+            let mut leap: Vec<f64> = with(by).collect();
+            assert_eq!(unroll(&mut leap).map(|u| u.0), Some(1));
+            assert!(leap.iter().zip(&plain).all(|(a, b)| (a - b).abs() < 1e-6));
+        }
+        let mut other: Vec<f64> = with(7.0).collect();
+        assert_eq!(unroll(&mut other), None);
         let mut summer: Vec<f64> = with(3600.0).collect();
         assert_eq!(unroll(&mut summer).map(|u| u.0), Some(1));
         assert!(
