@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::curve_bands::ForceBands;
 use super::ends::{Ends, steps};
 use super::file::one_line;
 use super::fitted::Fitted;
+use super::force_bands::ForceBands;
 use super::tyre::{Characterised, effects_of};
 use crate::tyre::paper::Input;
 

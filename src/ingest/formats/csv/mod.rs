@@ -39,9 +39,6 @@ use layout::Squeezed;
 use positions::Positions;
 use text::{Text, decoded};
 
-/// Code of the warning about a position whose notation is not sure.
-const POSITION: &str = "position_notation";
-
 /// Rows that are read to know when a log began: enough to see the rate of its clock.
 const FIRST: usize = 20;
 
@@ -298,7 +295,7 @@ impl Header {
             let own = self.positions.coordinates[place].is_some() && coordinate.is_none();
             let cell = coordinate.as_ref().map_or(place, |c| c.cell);
             for message in self.positions.said(cell).filter(|_| !own) {
-                let warning = warning(POSITION, None, 1, None, message.to_owned());
+                let warning = warning(positions::CODE, None, 1, None, message.to_owned());
                 if !said.contains(&warning) {
                     said.push(warning);
                 }

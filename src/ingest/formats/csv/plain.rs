@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::positions::Positions;
+use super::positions::{self, Positions};
 use super::table::{self, Table};
-use super::{POSITION, cells, clocks, layout, sentinels, text};
+use super::{cells, clocks, layout, sentinels, text};
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
@@ -57,7 +57,7 @@ fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
     let said = seen.positions.left_out.iter().chain(&seen.positions.guessed);
     let mut messages: Vec<&String> = said.map(|s| &s.1).collect();
     messages.dedup();
-    let of = |message: &&String| warning(POSITION, None, 1, None, (*message).clone());
+    let of = |message: &&String| warning(positions::CODE, None, 1, None, (*message).clone());
     let mut warnings: Vec<Warning> = messages.iter().map(of).collect();
     warnings.extend(text::encoding_warning(log)?);
     let mut channels = seen.channels;

@@ -15,6 +15,9 @@ use crate::ingest::formats::listing::SourceChannel;
 use crate::ingest::maps::propose::{columns_called, is_called};
 use crate::ingest::maps::units;
 
+/// Code of the warning about a position whose notation is not sure.
+pub(super) const CODE: &str = "position_notation";
+
 /// Names of columns that hold both coordinates, beginnings of their words.
 const BOTH: [&str; 14] = [
     "position", "pos", "coord", "location", "latlon", "latlng", "latitude", "lat", "gps", "geom",
