@@ -277,7 +277,7 @@ fn tracks_of_gpxpy_are_the_circle_that_it_was_given() {
         assert!(raw.tracks.iter().all(|t| t.channel != Yaw), "{name}: a course is no heading");
         assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"), "{name}");
         let is_known = |code: &str| code == "unknown_column" && name == "circle_garmin.gpx";
-        assert!(raw.warnings.iter().all(|w| is_known(&w.code)), "{name}: {:?}", raw.warnings);
+        assert!(raw.warnings.iter().all(|w| is_known(w.code)), "{name}: {:?}", raw.warnings);
     }
     // a speed in km/h is told from its positions
     let text = std::fs::read_to_string(sample("circle_10.gpx")).expect("bundled");
