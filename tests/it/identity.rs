@@ -93,8 +93,8 @@ fn a_dry_run_says_which_sessions_go() {
     // their sessions stay: they only change names
     place.put("logs/x.csv", "s-y|b1|ok 0.3 2026-05-04");
     place.put("logs/y.csv", "s-x|b1|ok 0.3 2026-05-03");
-    let told = place.setup().intend();
-    let says = |name: &str| &told.iter().find(|(log, ..)| log == name).expect(name).2;
+    let intended = place.setup().intend();
+    let says = |name: &str| &intended.iter().find(|(log, ..)| log == name).expect(name).2;
     assert_eq!(says("z"), "new; removes session `a` of b1, which was made from this log");
     assert_eq!(says("0"), "the log was renamed or moved");
     assert!(says("d").ends_with("; removes session `d` of b2, which was made from this log"));

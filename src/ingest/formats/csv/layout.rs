@@ -59,7 +59,11 @@ pub(super) fn number(text: &str, decimal: char) -> Option<f64> {
 pub(super) fn grouped(text: &str, decimal: char) -> Option<f64> {
     const BETWEEN: [char; 6] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}', ' '];
     let text = text.trim();
-    let (whole, part) = text.rsplit_once(decimal).unwrap_or((text, ""));
+    // a sign that stands more than once is no decimal sign
+    let (whole, part) = match text.matches(decimal).count() {
+        1 => text.rsplit_once(decimal).unwrap_or((text, "")),
+        _ => (text, ""),
+    };
     let (whole, part) = match part.bytes().all(|b| b.is_ascii_digit()) {
         true => (whole, part),
         false => (text, ""),
@@ -352,6 +356,7 @@ mod tests {
             ("-12\u{a0}345", ',', -12_345.0),
             ("1.792.835.985.000", ',', 1_792_835_985_000.0),
             ("1.792.835.985,5", ',', 1_792_835_985.5),
+            ("1.792.835.985.000", '.', 1_792_835_985_000.0),
         ] {
             assert_eq!(grouped(text, decimal), Some(wanted), "{text}");
         }
