@@ -103,7 +103,7 @@ fn a_dry_run_says_which_sessions_go() {
     let after = place.sessions();
     let removed: Vec<String> = before.into_iter().filter(|key| !after.contains(key)).collect();
     assert_eq!(removed, ["b1/a", "b1/s-e", "b2/d"]);
-    assert_eq!(told.iter().filter(|(.., why)| why.contains("removes session")).count(), 3);
+    assert_eq!(intended.iter().filter(|(.., why)| why.contains("removes session")).count(), 3);
 }
 
 /// Names that are exchanged among logs, in one night.
