@@ -373,7 +373,7 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
         assert_eq!(html.matches("<script").count(), html.matches("</script>").count());
     }
     let index = std::fs::read_to_string(report.join("index.html")).expect("index");
-    assert!(index.contains("3 of 4 sessions processed; 1 rejected; 3 warnings."));
+    assert!(index.contains("3 of 4 logs processed; 1 rejected; 3 warnings."));
     assert!(index.contains("missing_column") && index.contains("&lt;b onmouseover"));
     assert!(index.contains("2024-05-03_lap-1.html"));
 
