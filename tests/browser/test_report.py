@@ -42,6 +42,9 @@ def draw_all(browser):
     browser.settle()
     for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
         browser.js("arguments[0].scrollIntoView()", holder)
+        # a chart that is only passed by may stay undrawn
+        if browser.js("return !arguments[0].uplot", holder):
+            browser.settle()
 
 
 def over(holder):
