@@ -49,6 +49,9 @@ pub struct Session {
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation. Zero where
     /// the log measures turns.
     pub wheel_scale_sd: [f64; 2],
+    /// Time between two measured samples of the forward velocity, s: samples between them are interpolated. 0 where
+    /// that is not known.
+    pub velocity_spacing: f64,
     /// What the logger says of the laps, s since the start.
     pub markers: Markers,
     /// Channels that other channels contradict and that stay all the same, with what was seen: no coefficient that
@@ -65,10 +68,16 @@ impl Session {
             rate,
             len,
             wheel_scale_sd: [0.0; 2],
+            velocity_spacing: 0.0,
             markers: Markers::default(),
             contradicted: Vec::new(),
             columns: vec![None; Channel::COUNT],
         }
+    }
+
+    /// Whether the forward velocity was measured less often than the session has samples.
+    pub fn velocity_is_interpolated(&self) -> bool {
+        self.velocity_spacing * self.rate > 1.5
     }
 
     /// The samples of a channel, SI units, NaN where there is none.

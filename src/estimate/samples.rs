@@ -3,7 +3,7 @@
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::segment::Segment;
-use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Course, Direction, ManoeuvreKind};
 
 use super::Config;
 
@@ -171,6 +171,8 @@ pub(crate) fn gather(
     let step = (session.rate / rate).round().max(1.0) as usize;
     let mut out = Samples::default();
     let Some(reader) = Reader::new(session, latency) else { return out };
+    let differentiated = differentiated_ends(session);
+    let is_sparse = differentiated > 0 && session.velocity_spacing > SPARSE;
     for (number, segment) in segments.iter().enumerate() {
         if !segment.used || !kinds.contains(&segment.kind) {
             continue;
@@ -182,8 +184,13 @@ pub(crate) fn gather(
         };
         // the filter carries the neighbouring manoeuvre a little way in
         let trim = (config.trim * session.rate).round() as usize;
-        let (start, end) = (segment.start + trim, segment.end.min(session.len));
-        let end = end.saturating_sub(trim / 4);
+        let declaration = segment.kind.declaration();
+        let ends = if declaration.course == Course::Straight { differentiated } else { 0 };
+        if is_sparse && ends > 0 && segment.kind != ManoeuvreKind::Coasting {
+            continue;
+        }
+        let (start, end) = (segment.start + trim.max(ends), segment.end.min(session.len));
+        let end = end.saturating_sub((trim / 4).max(ends));
         for i in (start..end).step_by(step) {
             let speed = reader.velocity_x[i];
             if speed.is_nan() || speed < config.min_speed {
@@ -193,6 +200,19 @@ pub(crate) fn gather(
         }
     }
     out
+}
+
+/// Without an accelerometer, a velocity that comes less often does not show what brakes and engine do, s.
+const SPARSE: f64 = 0.5;
+
+/// Samples at each end of a manoeuvre whose acceleration is partly of its neighbour: without an accelerometer the
+/// velocity is differentiated, between samples that its source measured.
+fn differentiated_ends(session: &Session) -> usize {
+    if session.has(Channel::AccelerationX) {
+        return 0;
+    }
+    // a cubic between samples carries a change of slope over two of them
+    (1.5 * session.velocity_spacing * session.rate).ceil().max(2.0) as usize
 }
 
 /// Half the span of a rate, s.

@@ -172,6 +172,7 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
         euler_yaw,
         imu,
         wheel_scale_sd,
+        velocity_spacing,
         mut markers,
         zero,
         ..
@@ -187,6 +188,7 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
     markers.times.iter_mut().for_each(|t| *t -= start);
     let mut session = resample::onto_one_clock(meta, tracks, config, &mut warnings)?;
     session.wheel_scale_sd = wheel_scale_sd;
+    session.velocity_spacing = session.velocity_spacing.max(velocity_spacing);
     session.markers = markers;
     let levelled = inertial::level(&mut session, receiver, imu, &mut warnings);
     if euler_yaw && !levelled {

@@ -47,6 +47,9 @@ pub struct Raw {
     pub imu: Imu,
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
     pub wheel_scale_sd: [f64; 2],
+    /// Time between two measured samples of the forward velocity, s, where the log was interpolated before; 0 where
+    /// it was not, or nothing is known.
+    pub velocity_spacing: f64,
     /// The stamp at which the log's start time holds, s on the clock of the tracks, where that is known.
     pub zero: Option<f64>,
     /// What the logger says of the laps, s on the clock of the tracks' stamps.
@@ -58,7 +61,7 @@ pub struct Raw {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Imu {
-    /// From the unit to the mass centre, forward, left and up on the upright motorcycle, m.
+    /// From the unit to the centre of mass, forward, left and up on the upright motorcycle, m.
     pub arm: Option<[f64; 3]>,
     /// Standard deviation of each part, m.
     pub arm_sd: Option<f64>,

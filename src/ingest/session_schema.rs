@@ -3,6 +3,7 @@
 use crate::contract::channel::Channel;
 use crate::contract::schema;
 use crate::contract::session::{Markers, Meta};
+use crate::ingest::raw::Raw;
 
 /// Takes an entry of a log's own metadata whose key is one of `session.v1`; `false` if it is none.
 pub(super) fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
@@ -28,6 +29,25 @@ pub(super) fn wheel_scale_sd(get: impl Fn(&str) -> Option<String>) -> [f64; 2] {
     let text = get(WHEEL_SCALE_SD).unwrap_or_default();
     let mut shares = text.split(' ').map(|x| x.parse().ok().filter(|x| (0.0..0.5).contains(x)));
     [(); 2].map(|()| shares.next().flatten().unwrap_or(0.0))
+}
+
+/// Key of the metadata: time between two measured samples of the forward velocity, s.
+pub(super) const VELOCITY_SPACING: &str = "velocity_spacing";
+
+/// This time of a table's metadata, s; 0 where it is absent or no time.
+pub(super) fn velocity_spacing(get: impl Fn(&str) -> Option<String>) -> f64 {
+    let spacing = get(VELOCITY_SPACING).and_then(|text| text.trim().parse().ok());
+    spacing.filter(|s: &f64| s.is_finite() && *s > 0.0).unwrap_or(0.0)
+}
+
+/// A log with what its own metadata say beside who and when.
+pub(super) fn with_metadata(raw: Raw, get: impl Fn(&str) -> Option<String> + Copy) -> Raw {
+    Raw {
+        wheel_scale_sd: wheel_scale_sd(get),
+        velocity_spacing: velocity_spacing(get),
+        markers: markers(get),
+        ..raw
+    }
 }
 
 /// Keys of the metadata: when the logger passed its start line, s in the column `time`; and that line, latitude and

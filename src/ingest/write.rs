@@ -15,7 +15,7 @@ use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
 use crate::contract::session::Session;
-use crate::ingest::session_schema::{WHEEL_SCALE_SD, marker_pairs};
+use crate::ingest::session_schema::{VELOCITY_SPACING, WHEEL_SCALE_SD, marker_pairs};
 use crate::store::objects::Location;
 use crate::store::tables::file;
 use crate::store::tables::mismatch::Mismatch;
@@ -135,6 +135,8 @@ fn pairs(session: &Session) -> Vec<KeyValue> {
     let meta = &session.meta;
     let scale = session.wheel_scale_sd.iter().any(|sd| *sd > 0.0);
     let scale = scale.then(|| session.wheel_scale_sd.map(|sd| sd.to_string()).join(" "));
+    let spacing = session.velocity_spacing;
+    let spacing = session.velocity_is_interpolated().then(|| spacing.to_string());
     let required = [("session_id", &meta.session_id), ("bike_id", &meta.bike_id)];
     let optional = [
         ("start_time", &meta.start_time),
@@ -143,6 +145,7 @@ fn pairs(session: &Session) -> Vec<KeyValue> {
         ("site", &meta.site),
         ("rider_id", &meta.rider_id),
         (WHEEL_SCALE_SD, &scale),
+        (VELOCITY_SPACING, &spacing),
     ];
     let of_laps = marker_pairs(&session.markers);
     let pair = |key: &str, value: &str| KeyValue::new(key.to_owned(), value.to_owned());
@@ -160,7 +163,7 @@ mod tests {
     use super::*;
     use crate::contract::channel::Channel;
     use crate::contract::session::Meta;
-    use crate::ingest::session_schema::{markers, wheel_scale_sd};
+    use crate::ingest::session_schema::{markers, velocity_spacing, wheel_scale_sd};
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
 
     /// Ten minutes of fourteen channels with 12 bits of sensor noise each.
@@ -179,6 +182,7 @@ mod tests {
             session.set(channel, (0..n).map(|i| (wave(i) + value()) / 1024.0).collect());
         }
         session.wheel_scale_sd = [0.02, 0.0];
+        session.velocity_spacing = 1.0;
         session.markers.times = vec![12.345, 99.5];
         session.markers.line = Some([[48.1, -0.2], [48.2, 1e-7]]);
         let bytes = encode(&session, true).expect("encoded");
@@ -192,6 +196,8 @@ mod tests {
         assert_eq!(of("session_id").as_deref(), Some("s"));
         // a converted log still says how well its wheels' radii are known
         assert_eq!(wheel_scale_sd(of), [0.02, 0.0]);
+        assert_eq!(velocity_spacing(of), 1.0);
+        assert_eq!(velocity_spacing(|_| Some("-inf".into())), 0.0);
         assert_eq!(markers(of), session.markers);
         let damaged = markers(|_| Some("1 x nan 2".into()));
         assert_eq!((damaged.times, damaged.line), (vec![1.0, 2.0], None));

@@ -8,18 +8,20 @@
 //! ```text
 //! x      = -(Fz/Fz0)^0.3 D asin(mu/D)/k_alpha (1 + b gamma²) - C gamma (1 + a gamma² + e gamma^4)     slip that the force needs
 //! alpha  = x + (sigma/u) x' + alpha_0                                                        slip of the wheel, (1)
-//! v_i    = u_i tan(alpha_i + Delta_i) - w_i                        lateral velocity of the mass centre by axle i
+//! v_i    = u_i tan(alpha_i + Delta_i) - w_i                        lateral velocity of the centre of mass by axle i
 //! R1 = v_f - v_r        R2 = v_y - v_r        R3 = integral(a_y - psi' v_x) - v_r        R4 = a_y - sum(Fy)/m
 //! ```
 //!
-//! Slip is the response, as it is the noisy side; force and camber are regressors. The side force is that of the roll balance:
-//! gusts move `a_y` (R4), and a regressor with noise of its own makes stiffnesses too large. [`stretches`] finds where the lean
-//! changes, [`columns`] brings the channels through one kernel to 5 Hz, [`motion`] makes slips, cambers, loads and forces of
-//! them on the motorcycle's balance, [`parameters`] says what is known before the ride, [`noise`] how the residuals of
-//! [`model`] are correlated, [`solve`] fits, and [`join`] puts the tyres into the session's solution.
+//! Slip is the response, as it is the noisy side; force and camber are regressors. The side force is that of the roll
+//! balance: gusts move `a_y` (R4), and a regressor with noise of its own makes stiffnesses too large. [`stretches`]
+//! finds where the lean changes, [`attitude`] takes slow errors off pitch and roll, [`columns`] brings the channels through one kernel to 5 Hz, [`motion`] makes slips,
+//! cambers, loads and forces of them on the motorcycle's balance, [`parameters`] says what is known before the ride,
+//! [`noise`] how the residuals of [`model`] are correlated, [`solve`] fits, and [`join`] puts the tyres into the
+//! session's solution.
 //!
 //! Needs lean, its rate, yaw rate, forward velocity, the handlebar's angle, and lateral velocity or acceleration.
 
+pub(crate) mod attitude;
 pub(crate) mod columns;
 pub(crate) mod config;
 pub(crate) mod join;
@@ -56,9 +58,9 @@ pub struct Transients {
     pub stretches: Vec<Range<usize>>,
 }
 
-/// Fits the changes of lean of a filtered session. `inputs` are those of the session's fits, `zeros` its sensors' zeros with
-/// the latency of the velocities; `crown` is the front tyre's crown radius where the ride gave it, m. `None` where the session
-/// lacks channels or has too few stretches, or the fit does not come to rest.
+/// Fits the changes of lean of a filtered session. `inputs` are those of the session's fits, `zeros` its sensors' zeros
+/// with the latency of the velocities; `crown` is the front tyre's crown radius where the ride gave it, m. `None` where
+/// the session lacks channels or has too few stretches, or the fit does not come to rest.
 pub fn run(
     session: &Session,
     inputs: &Inputs,
@@ -73,6 +75,8 @@ pub fn run(
         session
     });
     let session = with_drift.as_ref().unwrap_or(session);
+    let corrected = attitude::corrected(session, zeros);
+    let session = corrected.as_ref().unwrap_or(session);
     let usual = up_to(config.max_lean, session, inputs, zeros, crown, config);
     if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR)
         || config.max_lean >= STEEPEST_LEAN

@@ -131,7 +131,7 @@ impl<'a> Model<'a> {
         out
     }
 
-    /// Lateral velocity of the mass centre by each axle, m/s.
+    /// Lateral velocity of the centre of mass by each axle, m/s.
     fn velocities(&self, motion: &Motion, theta: &[f64]) -> [Vec<f64>; 2] {
         let n = motion.steer.len();
         let tyre = |k: usize| &theta[k * OF_TYRE..(k + 1) * OF_TYRE];

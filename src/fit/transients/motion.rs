@@ -3,14 +3,14 @@
 //! ```text
 //! yaw    L_z' = x_f Fy_f cos D + x_r Fy_r - y_f Fx_f - y_r Fx_r + Mz      L_z = frame + I_r w_r sin phi + I_f w_f sin gamma_f
 //! roll   L_x' - psi' L_y = sum(y_i Fz_i - z_i Fy_i)                      gusts move a_y, but not this
-//! side   m a_y = Fy_f cos D + Fx_f sin D + Fy_r + gusts                   a_y of the mass centre: a residual
-//! load   Fz_f + Fz_r = m (g + z''),  z = height of the mass centre over crowns and springs;  pitch with L_y' + psi' L_x
+//! side   m a_y = Fy_f cos D + Fx_f sin D + Fy_r + gusts                   a_y of the centre of mass: a residual
+//! load   Fz_f + Fz_r = m (g + z''),  z = height of the centre of mass over crowns and springs;  pitch with L_y' + psi' L_x
 //! slip   w_i, u_i: the contact's velocity by the full omega x r to the place below the crown's centre, and by the fork's turn
 //! ```
 //!
-//! Axes: x along the trace of the frame's plane on the road, y left, z up. Against Euler angles of roll, pitch and yaw (in that
-//! order from the frame) the trace is turned by `chi = -tan(phi) sin(theta)`. Within the leaning plane: x, its normal to the
-//! left, and up along the plane. Springs give way in a bend by `sag (1/cos phi - 1)`.
+//! Axes: x along the trace of the frame's plane on the road, y left, z up. Against Euler angles of roll, pitch and yaw
+//! (in that order from the frame) the trace is turned by `chi = -tan(phi) sin(theta)`. Within the leaning plane: x, its
+//! normal to the left, and up along the plane. Springs give way in a bend by `sag (1/cos phi - 1)`.
 //!
 //! Source: `design` of the method and its comparison with a simulator of another author: book, Estimation, section 11.
 
@@ -42,17 +42,17 @@ quantities! {
     UnitPitch,
     /// Mass, kg.
     Mass,
-    /// Distance of the mass centre from the front contact, m.
+    /// Distance of the centre of mass from the front contact, m.
     CgToFront,
-    /// Height of the mass centre, m; sensors go with it.
+    /// Height of the centre of mass, m; sensors go with it.
     CgHeight,
     /// Distance between the contacts, m.
     Wheelbase,
     /// Caster angle, rad.
     CasterAngle,
-    /// How far the accelerometer is above the mass centre, m.
+    /// How far the accelerometer is above the centre of mass, m.
     UnitAbove,
-    /// How far the accelerometer is behind the mass centre, m.
+    /// How far the accelerometer is behind the centre of mass, m.
     UnitBehind,
     /// How far the velocity's place is ahead of its stated one, m.
     VelocityAhead,
@@ -72,7 +72,7 @@ quantities! {
     RollInertia,
     /// Yaw inertia, kg m².
     YawInertia,
-    /// Product of inertia, kg m²: the sum of mass, place ahead and place above the mass centre.
+    /// Product of inertia, kg m²: the sum of mass, place ahead and place above the centre of mass.
     ProductOfInertia,
     /// Twisting stiffness of the front tyre, m/rad.
     FrontTwist,
@@ -115,11 +115,12 @@ impl std::ops::IndexMut<Quantity> for Quantities {
 }
 
 /// Yaw inertia over mass where the bike file has none: radius of gyration over the wheelbase, and its share of
-/// uncertainty. With both wheels at the ends: 0.30 of an independent plant, 0.24 of frames with rider alone.
+/// uncertainty. With both wheels at the ends: 0.30 of the independent simulator, 0.24 of frames with rider alone.
 pub(crate) const YAW_GYRATION: [f64; 2] = [0.27, 0.13];
 /// Product of inertia over mass, m²: riders sit high behind, engine and front wheel are low in front.
 pub(crate) const PRODUCT: [f64; 2] = [-0.005, 0.007];
-/// Roll inertia over mass, m², and its share of uncertainty: 0.08 to 0.11 of simulated and published motorcycles with rider.
+/// Roll inertia over mass, m², and its share of uncertainty: 0.08 to 0.11 of simulated and published motorcycles with
+/// rider.
 pub(crate) const ROLL_GYRATION: [f64; 2] = [0.095, 0.2];
 /// Crown radius over tyre width, front and rear, where the ride gave none.
 const CROWN: [f64; 2] = [0.42, 0.45];
@@ -206,15 +207,15 @@ pub(crate) struct Motion {
     pub camber: [Vec<f64>; 2],
     /// Where the front wheel points, rad; none of the rear one.
     pub steer: Vec<f64>,
-    /// Lateral velocity of the contact over that of the mass centre, m/s.
+    /// Lateral velocity of the contact over that of the centre of mass, m/s.
     pub aside: [Vec<f64>; 2],
     /// Forward velocity of the contact, m/s.
     pub along: [Vec<f64>; 2],
     /// Integral of the lateral acceleration, m/s.
     pub integral: Vec<f64>,
-    /// Measured lateral velocity of the mass centre, m/s.
+    /// Measured lateral velocity of the centre of mass, m/s.
     pub drift: Vec<f64>,
-    /// Measured lateral acceleration of the mass centre over that of the tyres' forces, m/s².
+    /// Measured lateral acceleration of the centre of mass over that of the tyres' forces, m/s².
     pub pushed: Vec<f64>,
 }
 
@@ -343,7 +344,7 @@ impl InverseDynamics<'_> {
         let (sin_delta, cos_delta) = delta.sin_cos();
         let axis = [-sin_eps, 0.0, cos_eps];
 
-        // contacts below the crowns' centres, from the mass centre
+        // contacts below the crowns' centres, from the centre of mass
         let crown = [q[Q::FrontCrown], q[Q::RearCrown]];
         let compression = q[Q::Sag] * (1.0 / co - 1.0);
         let height = q[Q::CgHeight] - compression;
@@ -447,7 +448,8 @@ impl InverseDynamics<'_> {
             })
             .sum();
         let (sin_d, cos_d) = steer.sin_cos();
-        // gusts push the mass centre, but turn the motorcycle about it hardly at all: what the tyres do shows in the roll
+        // gusts push the centre of mass, but turn the motorcycle about it hardly at all: what the tyres do shows in the
+        // roll
         let arms = place.map(|r| -r[2]);
         let rolling_moment = roll_momentum_rate
             - trace_rate * pitch_momentum

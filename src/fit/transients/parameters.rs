@@ -31,7 +31,8 @@ pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
 
 /// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
 /// either way) and ratio. Camber forces of motorcycle tyres grow faster than camber up to 35 degrees, and cornering
-/// stiffness falls with camber: by 1 to 6 % at 0.3 rad on the tyres of the independent simulator, with which this prior was set.
+/// stiffness falls with camber: by 1 to 6 % at 0.3 rad on the tyres of the independent simulator, with which this prior
+/// was set.
 const TYRE: [[f64; 2]; OF_TYRE] =
     [[2.64, 1.5], [0.05, 0.5], [2.5, 3.0], [-2.5, 5.0], [0.4, 0.6], [0.2, 0.13], [0.0, 0.01]];
 /// Standard deviation of the lateral velocity's zero, m/s.
@@ -40,12 +41,13 @@ const DRIFT_ZERO: f64 = 0.05;
 const UNIT_PITCH: [f64; 2] = [0.008, 0.03];
 /// Standard deviation of the delay that an accelerometer's filter has over that of the rates, s.
 const SENSOR_DELAY: f64 = 0.003;
-/// Standard deviations of the accelerometer's place, behind and above the mass centre, m.
+/// Standard deviations of the accelerometer's place, behind and above the centre of mass, m.
 const UNIT_PLACE: [f64; 2] = [0.01, 0.03];
 /// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
 const LEAST_INERTIA: [f64; 2] = [0.05, 0.1];
 
-/// Prior of the fit: its unknowns are a plain vector, first the tyres' numbers, then quantities of motorcycle and sensors.
+/// Prior of the fit: its unknowns are a plain vector, first the tyres' numbers, then quantities of motorcycle and
+/// sensors.
 #[derive(Debug, Clone)]
 pub struct Prior {
     /// Means before the ride.

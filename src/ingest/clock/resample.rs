@@ -17,6 +17,7 @@ use crate::ingest::config::Config;
 use crate::ingest::error::Error;
 use crate::ingest::motion::low_pass::{CUT_OFF, low_passed};
 use crate::ingest::warning::warning;
+use crate::statistics::order::upper_median;
 
 /// Fastest clock, Hz.
 const MAX_RATE: f64 = 2000.0;
@@ -56,6 +57,7 @@ pub(crate) fn onto_one_clock(
     let len = ((end - start) * rate + ON_CLOCK).floor() as usize + 1;
     let grid = Grid { start, rate, len };
     let mut session = Session::new(meta, rate, len);
+    session.velocity_spacing = velocity_spacing(&log);
     let limit = |clock: &Clock| config.max_gap.max(1.5 * clock.period);
     let limits: Vec<(Channel, f64)> =
         log.tracks.iter().map(|t| (t.channel, limit(&log.clocks[t.clock]))).collect();
@@ -99,6 +101,17 @@ fn own_rate(log: &Clocked) -> f64 {
     let rate = (1.0 / periods.fold(f64::INFINITY, f64::min)).min(MAX_RATE);
     let whole = rate.round();
     if whole >= 1.0 && (rate - whole).abs() <= SNAP * rate { whole } else { rate }
+}
+
+/// Time between two samples of the forward velocity, s: the median; 0 without them.
+fn velocity_spacing(log: &Clocked) -> f64 {
+    let Some(track) = log.tracks.iter().find(|t| t.channel == Channel::VelocityX) else {
+        return 0.0;
+    };
+    let stamps = log.clocks[track.clock].stamps.iter().zip(&track.values);
+    let measured: Vec<f64> = stamps.filter(|(_, v)| v.is_finite()).map(|(t, _)| *t).collect();
+    let mut steps: Vec<f64> = measured.windows(2).map(|w| w[1] - w[0]).collect();
+    upper_median(&mut steps).unwrap_or(0.0)
 }
 
 /// One channel that is not faster than the grid on it; gaps up to `limit` (s, between samples) are bridged.

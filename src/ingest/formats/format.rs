@@ -215,21 +215,23 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         imu: map.imu,
         markers,
         map: Some(map.name),
-        zero: None,
+        ..Raw::default()
     })
 }
 
 /// Names that a warning lists, at most.
 const LISTED: usize = 40;
 
-/// Channels that a map of the program leaves out although it has nothing else for the columns that they are called like:
-/// whoever did not write the map does not know.
+/// Channels that a map of the program leaves out although it has nothing else for the columns that they are named like:
+/// a user who did not write the map does not know this. A course adds nothing to the positions that it is of.
 fn left_out(listing: &Listing, wanted: &[&SourceChannel], map: &ChannelMap) -> Option<Warning> {
-    let fed = |column: &Channel| map.entries.iter().any(|e| e.channel == *column);
+    let has = |column: Channel| map.entries.iter().any(|e| e.channel == column);
+    let fed =
+        |column: &Channel| has(*column) || (*column == Channel::Yaw && has(Channel::Latitude));
     let unread = listing.channels.iter().filter(|c| !wanted.contains(c));
-    let names: Vec<String> = unread.clone().map(SourceChannel::full).collect();
-    let lost = unread.filter(|c| columns_called(&c.name).iter().any(|column| !fed(column))).count();
-    if lost == 0 {
+    let lost = unread.filter(|c| columns_called(&c.name).iter().any(|column| !fed(column)));
+    let names: Vec<String> = lost.map(SourceChannel::full).collect();
+    if names.is_empty() {
         return None;
     }
     let more = match names.len().checked_sub(LISTED) {

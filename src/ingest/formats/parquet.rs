@@ -29,7 +29,7 @@ use crate::ingest::maps::units;
 use crate::ingest::maps::units::Conversion;
 use crate::ingest::maps::{ChannelMap, Maps, TimeSource};
 use crate::ingest::raw::{Column, Identified, Raw, Track};
-use crate::ingest::session_schema::{markers, wheel_scale_sd};
+use crate::ingest::session_schema::with_metadata;
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 use crate::store::objects::source;
@@ -92,10 +92,9 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
             let schema = Arc::clone(metadata.schema());
             let pairs = metadata.metadata().file_metadata().key_value_metadata().cloned();
             let own = |key: &str| pairs.as_ref()?.iter().find(|p| p.key == key)?.value.clone();
-            let (wheel_scale_sd, markers) = (wheel_scale_sd(own), markers(own));
             let raw =
                 read_contract(log, &schema, meta, |wanted| decode(log, file, metadata, wanted))?;
-            Ok(Raw { wheel_scale_sd, markers, ..raw })
+            Ok(with_metadata(raw, own))
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::ingest::error::Error;
 use crate::ingest::formats::parquet::{append, check_kinds, meta_from, read_contract};
 use crate::ingest::ident;
 use crate::ingest::raw::Raw;
-use crate::ingest::session_schema::{markers, wheel_scale_sd};
+use crate::ingest::session_schema::with_metadata;
 use crate::store::objects::Location;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,
@@ -39,7 +39,7 @@ pub fn read_table(
         Ok(columns)
     })?;
     let own = |key: &str| schema.metadata().get(key).cloned();
-    Ok(Raw { wheel_scale_sd: wheel_scale_sd(own), markers: markers(own), ..raw })
+    Ok(with_metadata(raw, own))
 }
 
 #[cfg(test)]

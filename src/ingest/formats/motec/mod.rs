@@ -68,7 +68,7 @@ impl Format for Ld {
             ..Meta::default()
         };
         if !ident::from_path(log).bike_id.is_empty() {
-            meta.bike_id.clear(); // whoever files logs by bike knows it better than the header
+            meta.bike_id.clear(); // the folder that the user chose is a better source than the header
         }
         let about = ld::about(&mut file, size).map_err(|e| Error::unreadable(log, &e))?;
         Ok(Listing {

@@ -40,7 +40,7 @@ impl Entry {
 /// ones) and folders are passed by.
 ///
 /// # Errors
-/// A sentence: it is no archive, is cut off, or would unpack to more than can be read.
+/// It is no archive, is cut off, or would unpack to more than can be read.
 pub(super) fn entries(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<Vec<Entry>, String> {
     let archive = ZipArchive::from_slice(bytes)
         .map_err(|e| format!("the archive is damaged or cut off ({e}); export it again"))?;

@@ -8,7 +8,8 @@
 //! |---|---|---|---|
 //! | [`Motec`]: MoTeC i2, Export Data | `Format, MoTeC CSV File` | `Time`, or `Sample Rate` | second row |
 //! | [`Aim`]: AiM Race Studio 2 and 3 | `Format, AiM CSV File` | `Time`, or `Sample Rate` | second row |
-//! | [`RaceChrono`]: CSV v2 and v3 | its first line | `timestamp` or `Time (s)`, since 1970 | second row, v2: in the name |
+//! | [`RaceChrono`]: CSV v2 and v3 | its first line | `timestamp` or `Time (s)`, since 1970 | second row, v2: in the
+//! name |
 
 use std::collections::{HashMap, HashSet};
 
@@ -173,7 +174,7 @@ impl Dialect {
             warnings.push(wall_clock(start));
         }
         if !ident::from_path(log).bike_id.is_empty() {
-            meta.bike_id.clear(); // whoever files logs by bike knows it better than the header
+            meta.bike_id.clear(); // the folder that the user chose is a better source than the header
         }
         Ok(Listing {
             channels: self.channels(&table, clock, &facts),
