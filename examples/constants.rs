@@ -2,7 +2,7 @@
 //! thirds of its value, and the verdicts that change on simulated rides are counted.
 //!
 //! A ride is simulated and fitted once. Its namings keep what they compute (`Prepared::keeping`), so one by
-//! another constant costs only the models and null simulations that no naming before it has met.
+//! another constant costs only the models and fault-free simulations that no naming before it has met.
 //!
 //! ```text
 //! cargo run --release --example constants -- --rides 20 > book/src/reference/constants.md
@@ -30,12 +30,12 @@ struct Arguments {
     /// Seed of the draw.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Null simulations of each ride.
+    /// Fault-free simulations of each ride.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
 }
 
-/// Of five: two single effects, two pairs, one that diagnosis is told nothing of.
+/// Of five: two single effects, two pairs, one that diagnosis does not know.
 const KINDS: [Kind; 5] = [Kind::Single, Kind::Double, Kind::Single, Kind::Foreign, Kind::Double];
 
 /// Verdict of every candidate and of the ride.

@@ -37,7 +37,7 @@ struct Arguments {
 /// What one ride says of the hidden effect, in its unit.
 struct Answer {
     limit: f64,
-    /// Standard deviation of the null simulations, and their bias.
+    /// Standard deviation of the fault-free simulations, and their bias.
     spread: f64,
     bias: f64,
     named: Option<f64>,

@@ -195,7 +195,7 @@ pub mod diagnose {
             pub use crate::diagnose::road::structure::terms;
         }
         pub mod workings {
-            pub use crate::diagnose::road::workings::Workings;
+            pub use crate::diagnose::road::workings::LinearisationCache;
         }
     }
     pub mod summary {

@@ -83,10 +83,10 @@ struct Outcome {
     limits: Vec<f64>,
     /// Those of every effect, in the order of [`ALL`].
     all_limits: Vec<f64>,
-    /// What was found of every effect with the null simulations' bias in it, its standard error without what
+    /// What was found of every effect with the fault-free simulations' bias in it, its standard error without what
     /// is known of other machines, and that bias; in usual sizes, in the order of [`ALL`].
     found: Vec<[f64; 3]>,
-    /// Largest residual structure of each channel, in what 19 of 20 null simulations stay below.
+    /// Largest residual structure of each channel, in what 19 of 20 fault-free simulations stay below.
     structure: Vec<f64>,
     gain: Option<f64>,
     /// Signals of manoeuvres left out that the extended model simulates better, and worse.

@@ -97,7 +97,7 @@ pub fn run(archives: usize, seed: u64, nulls: usize, verbose: bool, work: &Path)
             None => o.named().next().is_some(),
         };
         let class = |o: &&&Outcome| o.case.truth().is_some_and(|(name, _)| o.in_class(name));
-        // size and interval of what was rightly named
+        // size and interval of correctly identified causes
         let sizes: Vec<(f64, bool)> = these
             .iter()
             .filter_map(|o| {

@@ -1,4 +1,4 @@
-//! Which channels of the simulator's foreign logs are mapped rightly by their motion, and which errors that are
+//! Which channels of the simulator's foreign logs are mapped correctly by their motion, and which errors that are
 //! planted into right maps are found, named and mended.
 //!
 //! ```sh

@@ -222,7 +222,7 @@ pub fn map_text(profile: &str, circumference: [f64; 2], planted: Option<Planted>
     text
 }
 
-/// Of a planted error: found at all, named rightly, mended so that nothing is left; and what else was said.
+/// Result for a planted error: found, correctly identified, mended completely; and other findings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Checked {
     pub found: bool,

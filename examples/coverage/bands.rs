@@ -22,7 +22,7 @@ use super::{Failure, outcome};
 /// Points of one line on one page: how many, and how many of their bands contain the true value.
 type Held = (String, bool, usize, usize);
 
-/// Prints a line per chart: rides, and the share of its points whose band holds the truth.
+/// Prints a line per chart: rides, and the share of its points whose band contains the true value.
 pub fn print(rides: usize, case: impl Fn(usize) -> Case + Sync, pipeline: &Pipeline, work: &Path) {
     let of = |number: usize| {
         of_ride(number, &case(number), pipeline, work)
@@ -137,8 +137,8 @@ fn truth(
     }
 }
 
-/// True longitudinal friction at a slip that the tyre would have under its load at rest, as an estimate counts it: beyond the
-/// rolling resistance, from free rolling on, under the load of hard braking.
+/// True longitudinal friction at a slip that the tyre would have under its load at rest, as an estimate counts it:
+/// beyond the rolling resistance, from free rolling on, under the load of hard braking.
 fn friction(ridden: &Ridden, k: usize, slip: f64, gain: f64, static_load: [f64; 2]) -> Option<f64> {
     let model = &ridden.tour.model;
     let tyre = model.motorcycle.tyres.as_ref()?[k].as_ref();

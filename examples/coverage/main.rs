@@ -1,4 +1,4 @@
-//! Do the intervals of `run` hold the truth? Rides of the population of machines, each read with what four
+//! Do the intervals of `run` contain the true value? Rides of the population of machines, each read with what four
 //! owners know of their motorcycle.
 //!
 //! ```text
@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Prints, for every coefficient that riding determines and every status, the share of 95 % intervals that
-//! hold the truth, how wide they are and how far off the value is.
+//! contain the true value, how wide they are and how far off the value is.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -60,7 +60,7 @@ struct Arguments {
     /// Only writes the rides' logs and bike files into a folder.
     #[arg(long)]
     logs: Option<PathBuf>,
-    /// Folder of rides of an independent plant with their truth, instead of the population.
+    /// Folder of rides of the independent simulator with their truth, instead of the population.
     #[arg(long)]
     plant: Option<PathBuf>,
 }
@@ -76,7 +76,7 @@ type Compared = (Key, [f64; 4]);
 struct Cell {
     /// Rides, also those whose interval is not known; the columns are of the others.
     rides: usize,
-    /// Whether the interval holds the truth.
+    /// Whether the interval contains the true value.
     inside: Vec<bool>,
     /// Half the interval over the truth.
     width: Vec<f64>,
@@ -139,12 +139,12 @@ fn characterised(
 
 /// Fewest intervals to learn from.
 const FEWEST: usize = 20;
-/// Share of the intervals that are to hold the truth.
+/// Share of the intervals that are to contain the true value.
 const LEVEL: f64 = 0.95;
 /// Half a 95 % interval over its standard deviation.
 const NORMAL: f64 = 1.96;
 
-/// The smallest relative error that, added to the intervals, lets the level hold the truth.
+/// The smallest relative error that, added to the intervals, lets the level contain the true value.
 fn needed(intervals: &[[f64; 4]]) -> f64 {
     let one = |[truth, value, low, high]: &[f64; 4]| {
         let (error, half) = (value - truth, 0.5 * (high - low));

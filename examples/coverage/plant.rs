@@ -1,4 +1,4 @@
-//! Rides of an independent plant with their truth: folders with `sessions/`, `bikes/` and `truth.json`.
+//! Rides of the independent simulator with their truth: folders with `sessions/`, `bikes/` and `truth.json`.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! A fleet of a year, simulated: are planted events found, and do the estimates of many rides hold the truth?
+//! A fleet of a year, simulated: are planted events found, and do the estimates of many rides contain the true value?
 //!
 //! ```text
 //! cargo run --release --example fleet_year -- year --rides /tmp/year
@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Rides come from the simulator and go through the pipeline as logs do; what they gave is kept in the folder `--rides`,
-//! and rides that are there are not ridden again. `year` draws 20,000 sessions from 748 rides: a session has the level of its
-//! motorcycle's own rides and the deviations of one ride of the fleet, so that errors keep their sizes, correlations and
-//! tails.
+//! and rides that are there are not ridden again. `year` draws 20,000 sessions from 748 rides: a session has the level
+//! of its motorcycle's own rides and the deviations of one ride of the fleet, so that errors keep their sizes,
+//! correlations and tails.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -65,7 +65,7 @@ enum What {
         #[arg(long, default_value_t = 100)]
         each: usize,
     },
-    /// Side-force ratio, crowns and height of the mass centre by variety of rides: speeds, leans, riders.
+    /// Side-force ratio, crowns and height of the centre of mass by variety of rides: speeds, leans, riders.
     Variety {
         /// Folder of the rides.
         #[arg(long)]

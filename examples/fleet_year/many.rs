@@ -1,7 +1,7 @@
 //! Tyre estimates of many rides against truth, by number of rides and of machines: rides as they are, none drawn twice.
 //!
-//! The oracle's half interval is 1.96 times the rms error over all cases: the narrowest that would hold the truth in 95 %
-//! of them, stated by somebody who knows how large the errors are.
+//! The oracle's half interval is 1.96 times the rms error over all cases: the narrowest that would contain the true
+//! value in 95 % of them, stated by somebody who knows how large the errors are.
 
 use std::collections::BTreeMap;
 

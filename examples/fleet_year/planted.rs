@@ -11,7 +11,7 @@ pub const BIKES: usize = 50;
 pub const MODELS: usize = 8;
 /// Rides that a motorcycle's levels are taken from, as it is and in any other state.
 const RIDES: [usize; 2] = [10, 8];
-/// A mass centre so much farther back in a wrong file, m; a motorcycle so much heavier in one, kg.
+/// A centre of mass so much farther back in a wrong file, m; a motorcycle so much heavier in one, kg.
 const WRONG_CG: f64 = 0.05;
 const WRONG_MASS: f64 = 25.0;
 /// Lean and forward acceleration as the bad batch of sensors reads them, over what they are.
@@ -66,8 +66,8 @@ pub fn models(bike: usize) -> [usize; 2] {
     [bike % MODELS; 2]
 }
 
-/// All that happens, motorcycle by motorcycle: eight have nothing, fifteen wear, sixteen swaps, six a wrong file, five bad
-/// sensors.
+/// All that happens, motorcycle by motorcycle: eight have nothing, fifteen wear, sixteen swaps, six a wrong file, five
+/// bad sensors.
 pub fn planted() -> Vec<Planted> {
     let mut out = Vec::new();
     let mut put = |bike, kind, from: f64, to: f64, state: Option<&str>| {

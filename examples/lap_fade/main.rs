@@ -1,5 +1,5 @@
 //! Tyres that fade on simulated track sessions, lap by lap: how often a fade is found, how often one that is not there,
-//! and how often the interval holds the truth.
+//! and how often the interval contains the true value.
 //!
 //! `cargo run --release --example lap_fade -- --sessions 8 --laps 10 --fade 0.03 --seed 1`: `fade` is the share of the
 //! tyres' forces that goes from the first of the laps to the last. A lap before them is ridden and not used, as it begins

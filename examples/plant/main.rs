@@ -1,5 +1,5 @@
 //! What is said of rides whose truth is known but that this project did not simulate: folders with `sessions/`,
-//! `bikes/` and `truth.json`, as in the independent plant's.
+//! `bikes/` and `truth.json`, as in the independent simulator's.
 //!
 //! ```text
 //! cargo run --release --example plant -- ../shared/data/independent_plant
@@ -38,13 +38,13 @@ struct Arguments {
     /// Only the folders of these names.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// The rides' residuals against those of their null simulations.
+    /// The rides' residuals against those of their fault-free simulations.
     #[arg(long)]
     residuals: bool,
-    /// Every candidate's size with what null simulations show of it.
+    /// Every candidate's size with what fault-free simulations show of it.
     #[arg(long)]
     sizes: bool,
-    /// Null simulations of each ride.
+    /// Fault-free simulations of each ride.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
 }
@@ -128,16 +128,16 @@ struct Compared {
 
 type Cells = BTreeMap<(ManoeuvreKind, usize), Compared>;
 
-/// What a ride and its null simulations show of a candidate, in usual sizes.
+/// What a ride and its fault-free simulations show of a candidate, in usual sizes.
 struct Size {
     name: &'static str,
     /// On the ride.
     size: f64,
-    /// Median on null simulations.
+    /// Median on fault-free simulations.
     bias: f64,
-    /// On a null simulation without noise.
+    /// On a fault-free simulation without noise.
     bare: f64,
-    /// Between null simulations.
+    /// Between fault-free simulations.
     spread: f64,
     /// Detection limit.
     limit: f64,

@@ -15,7 +15,7 @@ use roadbench::internals::statistics::random::Random;
 
 /// A ride, s.
 pub const RIDE: f64 = 480.0;
-/// Lean of a body that hangs off or leans out, m of the mass centre per rad: 45 mm at 26 degrees.
+/// Lean of a body that hangs off or leans out, m of the centre of mass per rad: 45 mm at 26 degrees.
 pub const HUNG: f64 = 0.1;
 /// Rate of the logs, Hz.
 const LOGGED: f64 = 100.0;

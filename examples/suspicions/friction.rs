@@ -12,11 +12,11 @@ use roadbench::internals::tyre::tir;
 
 use super::common::*;
 
-/// Brakings on the other track.
+/// Braking manoeuvres on the other track.
 const BRAKINGS: usize = 8;
 
-/// Errors of brakings on another track, without and with the friction scale: largest deceleration, and
-/// deepest slip over the measured, means over brakings that the scale was not fitted to.
+/// Errors of braking manoeuvres on another track, without and with the friction scale: largest deceleration, and
+/// deepest slip over the measured, means over braking manoeuvres that the scale was not fitted to.
 pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
     let (scenario, machine) = machine("paper", number, &[]);
     let home = multibody::tour(&scenario, &machine, number).expect("stands");

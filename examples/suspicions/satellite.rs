@@ -15,7 +15,7 @@ use roadbench::internals::tyre::formulation::Formulation;
 
 use super::common::*;
 
-/// Speeds that are told apart, m/s.
+/// Speeds that count as different, m/s.
 const SPEEDS: [f64; 4] = [5.0, 9.0, 14.0, 30.0];
 
 /// Rms errors of the rear slip angle in corners, by speed, rad.

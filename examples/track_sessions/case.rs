@@ -171,7 +171,7 @@ pub fn read(
 pub const KINDS: [Kind; 5] =
     [Kind::Driving, Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking, Kind::Cornering];
 
-/// Where the brakings are in them.
+/// Where the braking manoeuvres are in them.
 const BRAKINGS: std::ops::Range<usize> = 1..4;
 
 /// Seconds by kind: right, of the truth, found; and what engine braking was taken for.
@@ -180,7 +180,7 @@ pub struct Segmented {
     pub right: [f64; KINDS.len()],
     pub truth: [f64; KINDS.len()],
     pub found: [f64; KINDS.len()],
-    /// Of brakings of any kind.
+    /// Of braking manoeuvres of any kind.
     pub braking: [f64; 3],
     /// Upright with a closed throttle and no brake.
     pub engine: f64,
@@ -203,7 +203,7 @@ impl Segmented {
         self.as_rear_used += other.as_rear_used;
     }
 
-    /// Of brakings of any kind.
+    /// Of braking manoeuvres of any kind.
     pub fn f1_braking(&self) -> f64 {
         2.0 * self.braking[0] / (self.braking[1] + self.braking[2])
     }

@@ -96,6 +96,8 @@ const curveOf = (t, view, s) => {
   }
   return [{ name: t.name, points: out }];
 };
+// whether the radius of the friction circle is the peak friction, and has its interval
+const radiusKnown = t => t.peak != null && Math.abs(t.parameters.mf_d) >= t.parameters.lateral_peak;
 const ellipseOf = (t, s) => {
   const most = t.circle(s.mu) * s.load, rim = [];
   // both forces at once were not ridden: the combined slip is the model's rule
@@ -109,7 +111,8 @@ const ellipseOf = (t, s) => {
     }
   });
   for (let i = 0; i <= 120; i++) rim.push({ x: most * Math.cos(i * Math.PI / 60), y: most * Math.sin(i * Math.PI / 60), low: null, high: null, ridden: false });
-  return [...curves, { name: "friction circle", points: rim, rim: true }];
+  const known = radiusKnown(t) && most > 0;
+  return [...curves, { name: "friction circle", points: rim, rim: true, ring: known ? [most - t.peak[0] * s.mu * s.load, most + t.peak[1] * s.mu * s.load].map(r => r / most) : null }];
 };
 
 let shown = [], u = null, home = null, unknown = "";
@@ -140,6 +143,10 @@ const paint = () => {
     if (banded.length > 1) {
       const edge = [...banded.map(p => ({ x: p.x, y: p.high })), ...banded.reverse().map(p => ({ x: p.x, y: p.low }))];
       path(edge, k => { k.fillStyle = alpha(colour(), 0.2); k.fill(); });
+    }
+    if (c.ring) {
+      const [inner, outer] = c.ring.map(size => c.points.map(p => ({ x: size * p.x, y: size * p.y })));
+      path([...outer, ...inner.reverse()], k => { k.fillStyle = alpha(colour(), 0.2); k.fill(); });
     }
     // runs of the same kind: solid where it was ridden
     for (let i = 0; i < c.points.length - 1;) {
@@ -246,6 +253,11 @@ const peakOf = (t, s) => {
     const force = t.forces(-i / 400, 0, s.gamma, s.load, s.mu)[0];
     if (force < least) [slip, least] = [-i / 400, force];
   }
+  // between the neighbours of the best of these
+  for (let i = -50, middle = slip; i <= 50; i++) {
+    const at = Math.max(-1, Math.min(0, middle + i / 20000)), force = t.forces(at, 0, s.gamma, s.load, s.mu)[0];
+    if (force < least) [slip, least] = [at, force];
+  }
   return [slip, -least];
 };
 const NUMBERS = [
@@ -253,8 +265,17 @@ const NUMBERS = [
     const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
     return [force, b && [b[1], b[0]], 0, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
   }],
-  ["Slip there, %", "longitudinal", (t, s) => t.peak_slip == null ? [null, null, 1, "the peak was not reached"]
-    : [-100 * peakOf(t, s)[0], null, 1, t.peak_slip ? "see the session's page" : "poorly determined"]],
+  ["That force over the load", "longitudinal", (t, s) => {
+    const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
+    return [force / s.load, b && [b[1] / s.load, b[0] / s.load], 3, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
+  }],
+  ["Slip there, %", "longitudinal", (t, s) => {
+    if (t.peak_slip == null) return [null, null, 1, "the peak was not reached"];
+    // a slip counts as more under more load, and as less on a road of more friction
+    const per = 100 * s.mu / t.stiffer(s.load), ends = upright(s) ? t.peak_slip_ends : null;
+    const why = t.peak_slip ? "braking while leant was not ridden" : "poorly determined";
+    return [-100 * peakOf(t, s)[0], ends && ends.map(size => size * per), 1, why, ends && !t.peak_slip ? why : ""];
+  }],
   ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
   ["Camber stiffness, N per degree of camber", "lateral", (t, s) => stiffness(t, s, t.parameters.side_force_ratio, "camber")],
   ["Side force without slip angle, N", "lateral", (t, s) => {
@@ -264,7 +285,7 @@ const NUMBERS = [
     return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, why];
   }],
   ["Radius of the friction circle, N", "longitudinal", (t, s) => {
-    const bySide = Math.abs(t.parameters.mf_d) < t.parameters.lateral_peak, known = t.peak && !bySide;
+    const bySide = Math.abs(t.parameters.mf_d) < t.parameters.lateral_peak, known = radiusKnown(t);
     const why = bySide ? "by the side force that was ridden" : "the peak friction is poorly determined";
     return [t.circle(s.mu) * s.load, known ? t.peak.map(size => size * s.mu * s.load) : null, 0, why];
   }],
@@ -283,14 +304,14 @@ const tabulate = s => {
     const row = make("tr");
     make("th", "", row, label).scope = "row";
     for (const { tyre } of shown) {
-      const [y, b, digits, why] = tyre[half] ? of(tyre, s) : [null, null, 0, "not ridden"];
+      const [y, b, digits, why, note] = tyre[half] ? of(tyre, s) : [null, null, 0, "not ridden"];
       if (y == null) {
         const cell = make("td", "why", row, why);
         cell.colSpan = 2;
         continue;
       }
       make("td", "n", row, minus(y.toFixed(digits))).dataset.label = tyre.name;
-      make("td", "n", row, b ? span(y, b, digits) : why || "\u2013").dataset.label = "95 % interval";
+      make("td", b && !note ? "n nowrap" : "n", row, b ? span(y, b, digits) + (note ? `, ${note}` : "") : why || "\u2013").dataset.label = "95 % interval";
     }
     return row;
   }));
@@ -313,7 +334,7 @@ const refresh = () => {
   unknown = "";
   at("caption").textContent = view.value
     ? `${view.y.label} over ${view.x.label}. Solid: as ridden; dashed: beyond it. Band: 95 % interval.`
-    : "Slip angles of 0, 1, 2, 4 and 8\u00b0, the slip ratio from locked to spinning. Dotted: friction circle. No interval.";
+    : "Slip angles of 0, 1, 2, 4 and 8\u00b0, the slip ratio from locked to spinning. Dotted: friction circle, with the 95 % interval of its radius where that is known; the curves have none.";
   at("legend").replaceChildren(...shown.map(o => {
     const e = make("span"), mark = make("i", "line", e);
     mark.style.background = o.colour();
@@ -385,6 +406,8 @@ if (wrong) at("missing").textContent = "This browser computes the tyre otherwise
 else if (data.tyres.length) {
   fromAddress();
   for (const c of Object.values(controls)) c.addEventListener("input", refresh);
+  // some aids say of a choice that it changed, and nothing of its input
+  for (const c of [controls.show, controls.a, controls.b]) c.addEventListener("change", refresh);
   for (const name of SLIDERS) at(`${name}-now`).addEventListener("change", e => { e.target.value = controls[name].value; });
   for (const name of SLIDERS) at(`${name}-now`).addEventListener("input", e => {
     if (e.target.value === "" || !e.target.checkValidity()) return;

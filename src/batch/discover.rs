@@ -1,11 +1,9 @@
-//! From what the user named to the list of logs: files, folders, glob patterns, here or in an
-//! object store.
+//! The list of logs behind the user's inputs: files, folders, glob patterns, here or in an object store.
 //!
-//! A folder is searched through all its depths for files with a log's extension; anything else
-//! in it (a README, bike files) is none of our business. A folder that holds `sessions/`, as an
-//! archive does, is searched there only. Hidden files, our own temporaries, the folders `truth`
-//! and `bikes` and the output folder are passed by. A file that was named itself is always
-//! taken, whatever its extension: if it is no log, the rejection says so.
+//! A folder is searched at all depths for files with a log's extension; other files (a README, bike files) are ignored.
+//! A folder with `sessions/`, such as an archive, is searched there only. Hidden files, temporary files, the folders
+//! `truth` and `bikes` and the output folder are skipped. A file that the user gives is always taken, whatever its
+//! extension: if it is no log, its rejection says so.
 
 use std::collections::BTreeSet;
 
@@ -21,12 +19,12 @@ use crate::store::tables::{output, registry};
 /// Folders beside an archive's sessions that hold no logs.
 const NOT_LOGS: &[&str] = &["truth", "bikes"];
 
-/// One input, or what is wrong with it before it is opened.
+/// One input, with its problem if it has one before it is opened.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
-    /// As it was named, or below the folder that was named.
+    /// Path as given by the user, or below the folder given.
     pub location: Location,
-    /// Why it cannot be an input.
+    /// Reason why it cannot be an input.
     pub problem: Option<Rejection>,
 }
 
@@ -44,12 +42,12 @@ impl Found {
 /// The logs of a batch and the folder of bike files.
 ///
 /// # Errors
-/// There is no log or no such folder, or logs and output are mixed up.
+/// There is no log, no such folder, or the output lies among the logs.
 pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
     refuse_others_sessions(settings.out)?;
     let mut found = discover(settings.inputs, settings.out)?;
     if let Some(since) = settings.since {
-        // what cannot be dated is looked at
+        // logs without a date are kept
         let old = |f: &Found| {
             f.problem.is_none() && source::stat(&f.location).is_ok_and(|s| s.modified < since)
         };
@@ -67,7 +65,7 @@ pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), 
 /// Every log behind the inputs, sorted by path, each file once.
 ///
 /// # Errors
-/// There is no log at all, or logs and output are mixed up.
+/// There is no log, or the output lies among the logs.
 pub(crate) fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error> {
     let out = out.absolute();
     let mut found = Vec::new();
@@ -85,13 +83,13 @@ pub(crate) fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>
     Ok(found)
 }
 
-/// The folder of bike files that goes with the inputs, if they have one beside their sessions.
+/// The folder `bikes` of the inputs, if one has it.
 ///
 /// # Errors
-/// Several inputs have one each.
+/// Several inputs have such a folder.
 pub(crate) fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Error> {
     let mut folders = Vec::new();
-    // a pattern has nothing beside it
+    // a pattern has no folder
     for input in inputs.iter().filter(|i| !(i.is_remote() && i.is_pattern())) {
         let folder = input.join("bikes");
         if folder.is_folder().map_err(|e| Error::Usage(e.to_string()))? {
@@ -109,7 +107,7 @@ pub(crate) fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Erro
     }
 }
 
-/// What is behind one input.
+/// Adds the logs of one input to `found`.
 fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
     let before = found.len();
     let is_log = |key: &str| has_log_extension(&Location::Local(key.into()));
@@ -163,7 +161,7 @@ fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Resu
     Ok(())
 }
 
-/// The output may not lie in the folder of logs `root`: its tables would be found as logs.
+/// Refuses an output in the folder of logs `root`: its tables would be found as logs.
 fn refuse_output_among_logs(
     root: &Location,
     is_archive: bool,
@@ -179,16 +177,16 @@ fn refuse_output_among_logs(
     Ok(())
 }
 
-/// The folder of sessions in an output is ours: where somebody keeps logs in it, no run writes tables among them, and no
-/// `verify --mend` takes them for damaged tables.
+/// Refuses an output whose folder of sessions has files that no run wrote. Otherwise tables would be written among
+/// somebody's logs, and `verify --mend` would take the logs for damaged tables.
 ///
 /// # Errors
-/// So it is.
+/// There are such files.
 pub(crate) fn refuse_others_sessions(out: &Location) -> Result<(), Error> {
     let Some(path) = out.as_path() else { return Ok(()) };
     let sessions = path.join(registry::SESSIONS.name);
     let holds_any = std::fs::read_dir(&sessions).is_ok_and(|mut all| all.next().is_some());
-    // tables that were copied without what an output keeps for itself
+    // tables that were copied without the folder `.roadbench`
     let has_tables = || {
         let others = registry::folders().filter(|name| *name != registry::SESSIONS.name);
         others.filter(|name| *name != registry::BIKES.name).any(|name| path.join(name).is_dir())
@@ -200,7 +198,7 @@ pub(crate) fn refuse_others_sessions(out: &Location) -> Result<(), Error> {
     Err(Error::Usage(format!("{sessions} holds files that no run wrote; choose another --out")))
 }
 
-/// Inputs may not lie where our tables go: they would be taken for results, and overwritten.
+/// Refuses inputs in the folder of a table: they would be taken for results and overwritten.
 fn refuse_tables(input: &Location, out: &Location) -> Result<(), Error> {
     let place = input.absolute();
     match registry::folders().map(|f| out.join(f)).find(|folder| place.starts_with(folder)) {
@@ -211,11 +209,11 @@ fn refuse_tables(input: &Location, out: &Location) -> Result<(), Error> {
     }
 }
 
-/// Whether a file below a folder is a log, or a folder may hold some.
+/// Whether a file is a log, or a folder may contain logs.
 fn is_wanted(at: &Location, is_folder: bool, out: &Location) -> bool {
     let name = at.file_name();
     if name.starts_with('.') {
-        return false; // hidden, and our own .roadbench-* temporaries
+        return false; // hidden or temporary (.roadbench-*)
     }
     match is_folder {
         true => !NOT_LOGS.contains(&name.as_ref()) && at.absolute() != *out,

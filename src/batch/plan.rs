@@ -1,4 +1,4 @@
-//! Before any samples are read: which session each log is, on which bike, and what is refused.
+//! The plan of a batch, before any samples are read: session and bike of each log, and the logs that are refused.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -29,31 +29,31 @@ use crate::store::tables::rows::Rejected;
 pub struct Job {
     /// The log.
     pub location: Location,
-    /// The log as it is named in the tables.
+    /// Path or URL of the log, as in the tables.
     pub log: String,
     /// Size of the log, bytes.
     pub bytes: u64,
-    /// Who and when.
+    /// Session, bike, rider, site and start, as far as known.
     pub meta: Meta,
-    /// The bike it was ridden on.
+    /// The file of its bike.
     pub bike: Arc<BikeFile>,
-    /// Hash of all that its tables are made from besides the log.
+    /// Hash of everything that its tables depend on, except the log.
     pub pipeline_hash: String,
-    /// The hash of its bytes, where it was recognised by it.
+    /// Hash of the log's bytes, if the log was recognised by it.
     pub hash: Option<String>,
-    /// When it began, microseconds since 1970; none where the log does not say before it is read.
+    /// Start, microseconds since 1970; `None` if it is known only once the log is read.
     pub start: Option<i64>,
-    /// Other logs that say to be the same session, in the order in which they are tried: the first that gives rows is it.
+    /// Other logs with the same session id, in the order in which they are tried: the first that gives rows is used.
     pub rivals: Vec<Job>,
 }
 
 impl Job {
-    /// Who its session is.
+    /// Bike and id of its session.
     pub fn key(&self) -> Key {
         Key::new(&self.meta.bike_id, &self.meta.session_id)
     }
 
-    /// What the session's tables would be made from.
+    /// Commit entry of the session, if its tables are computed from a log with this hash.
     pub fn wanted(&self, input_hash: String) -> Committed {
         Committed {
             session_id: self.meta.session_id.clone(),
@@ -72,18 +72,18 @@ impl Job {
 /// An input that is rejected before it is computed.
 #[derive(Debug)]
 pub(crate) struct Refused {
-    /// Its row.
+    /// Its row of `rejected`.
     pub row: Rejected,
     /// Size of the log, bytes.
     pub bytes: u64,
 }
 
-/// What a batch will do.
+/// Logs to compute and logs that are refused.
 #[derive(Debug, Default)]
 pub(crate) struct Plan {
-    /// To compute, in order of path.
+    /// Logs to compute, in order of path.
     pub jobs: Vec<Job>,
-    /// Rejected already, in order of path.
+    /// Logs that are refused, in order of path.
     pub refused: Vec<Refused>,
 }
 
@@ -96,14 +96,14 @@ impl Plan {
 }
 
 impl Plan {
-    /// Every log to read, be it a rival of another.
+    /// Every log to read, rivals included.
     pub(crate) fn logs(&self) -> impl Iterator<Item = &Job> {
         self.jobs.iter().flat_map(|job| std::iter::once(job).chain(&job.rivals))
     }
 }
 
-/// Identifies every input and finds its bike. A log that the output's sessions (`before`) were made
-/// from, just as it is, need not be opened: they tell who it is.
+/// Identifies every input and finds its bike. A log with the same bytes as one behind the output's sessions (`before`) is
+/// not opened: its session is known.
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
@@ -117,7 +117,7 @@ pub(crate) fn plan(
     let hashes = hash_settings(settings.pipeline, &work.settings())?;
     let mut bikes = BikeFiles::new(bikes, hashes)?;
     let maps = settings.maps.hashes();
-    let known = known(&found, before, &mut bikes, settings.pipeline, &maps);
+    let known = recognised_logs(&found, before, &mut bikes, settings.pipeline, &maps);
     let identified: Vec<Result<(Meta, String), Rejection>> = found
         .par_iter()
         .map(|f| match known.get(&f.location) {
@@ -129,7 +129,7 @@ pub(crate) fn plan(
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
         let location = found.location;
-        let log = name(&location);
+        let log = log_name(&location);
         let bytes = match found.problem {
             None => source::stat(&location).map_or(0, |s| s.size),
             Some(_) => 0,
@@ -171,15 +171,16 @@ pub(crate) fn plan(
         }
     }
     refuse_copies(&mut plan, before);
-    // what was recognised by its bytes is opened after all where others say to be the same session
-    put_rivals_together(&mut plan, |log| {
+    // logs that were recognised by their bytes are opened after all if others have the same session id
+    group_rivals(&mut plan, |log| {
         let who = guarded(Stage::Ingest, || work.identify(log, settings.maps.list())).ok()?;
         instant::microseconds(who.meta.start_time.as_deref()?)
     });
     Ok(plan)
 }
 
-/// Refuses every log but one of those that have the same bytes: the one whose session is there, else the first.
+/// Of logs with the same bytes keeps one and refuses the others. It keeps the log whose session the output has, else the
+/// first.
 fn refuse_copies(plan: &mut Plan, before: &Contents) {
     let mut of_size: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (i, job) in plan.jobs.iter().enumerate() {
@@ -226,9 +227,9 @@ fn refuse_copies(plan: &mut Plan, before: &Contents) {
     plan.refused.sort_by(|a, b| a.row.path.cmp(&b.row.path));
 }
 
-/// Leaves one job per session. Of the logs that say to be it the one that began first is tried first, without a start the
-/// first by path: neither the order of nights nor that of names decides which of two rides has the id.
-fn put_rivals_together(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>) {
+/// Groups the logs with one session id into one job. The log with the earliest start is tried first, logs without a start
+/// last, by path. So the id goes to the same ride in whatever order the logs arrive.
+fn group_rivals(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>) {
     let mut groups: BTreeMap<Key, Vec<Job>> = BTreeMap::new();
     for job in std::mem::take(&mut plan.jobs) {
         groups.entry(job.key()).or_default().push(job);
@@ -247,7 +248,7 @@ fn put_rivals_together(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>
     plan.jobs.sort_by(|a, b| a.location.cmp(&b.location));
 }
 
-/// Why a log is not used whose bytes another one has.
+/// Rejection of a log with the same bytes as another.
 pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
     Rejection {
         stage: Stage::Discover,
@@ -259,15 +260,15 @@ pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
     }
 }
 
-/// The motorcycle whose folder `bike=<id>` a log lies in: known of a log that cannot be read, too.
+/// Bike of the folder `bike=<id>` that a log lies in; known even if the log cannot be read.
 fn bike_of_folder(log: &Location) -> Option<String> {
     let folders = log.folders();
     let mut ids = folders.iter().filter_map(|folder| folder.strip_prefix("bike="));
     ids.next_back().filter(|id| is_plain(id)).map(str::to_owned)
 }
 
-/// A log as the tables name it.
-fn name(log: &Location) -> String {
+/// Path or URL of a log, as in the tables.
+fn log_name(log: &Location) -> String {
     match log {
         Location::Local(path) => path.to_string_lossy().into_owned(),
         Location::Remote(url) => url.to_string(),
@@ -298,38 +299,39 @@ pub(crate) fn row(
     }
 }
 
-/// A log that the output was made from.
-struct Known {
+/// A log that sessions of the output were computed from.
+struct KnownLog {
     meta: Meta,
-    /// The hash of its channel map.
+    /// Hash of its channel map.
     map: String,
+    /// Hash of its bytes.
     hash: String,
-    /// When it began.
+    /// Start, microseconds since 1970.
     start: Option<i64>,
 }
 
-/// Who the logs are that were read before under the same name and settings, and have the same bytes.
-fn known(
+/// Logs that an earlier batch read under the same path and settings and whose bytes are unchanged.
+fn recognised_logs(
     found: &[Found],
     before: &Contents,
     bikes: &mut BikeFiles<'_>,
     pipeline: &Pipeline,
     maps: &BTreeMap<Option<String>, String>,
-) -> BTreeMap<Location, Known> {
-    // a name that was used again has made several
+) -> BTreeMap<Location, KnownLog> {
+    // a path that was used again has several sessions
     let mut by_path: BTreeMap<&str, Vec<&Committed>> = BTreeMap::new();
     before.sessions().for_each(|c| by_path.entry(&c.path).or_default().push(c));
     let made = found.iter().filter(|f| f.problem.is_none()).flat_map(|f| {
-        let made = by_path.get(&*name(&f.location)).into_iter().flatten();
+        let made = by_path.get(&*log_name(&f.location)).into_iter().flatten();
         made.map(move |there| (f, *there))
     });
     let mut candidates = Vec::new();
     for (found, there) in made {
         let (session_id, bike_id) = (&*there.session_id, &*there.bike_id);
-        // the output does not say where and when; where that matters the log is opened
+        // site and start are not in the output: where the hash depends on them, the log is opened
         let who = Who { session_id, bike_id, ..Who::default() };
         let Ok(bike) = bikes.get(bike_id) else { continue };
-        // the hash has the channel map in it, which may name sessions and bikes
+        // the hash includes the channel map, which may set sessions and bikes
         let made_by = |map: &&String| bike.hash_of(pipeline, &who, map) == there.pipeline_hash;
         if let (true, Some(map)) = (there.version == crate::VERSION, maps.values().find(made_by)) {
             candidates.push((&found.location, there, map));
@@ -342,7 +344,7 @@ fn known(
             bike_id: there.bike_id.clone(),
             ..Meta::default()
         };
-        Some((location.clone(), Known { meta, map: map.clone(), hash, start: there.start }))
+        Some((location.clone(), KnownLog { meta, map: map.clone(), hash, start: there.start }))
     });
     recognised.collect()
 }
@@ -354,7 +356,7 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, 
     guarded(Stage::Ingest, || work.identify(&found.location, maps.list()))
 }
 
-/// Why a log is not used whose session another log gives.
+/// Rejection of a log whose session another log gives.
 pub(crate) fn same_session(key: &Key, holder: &str) -> Rejection {
     Rejection {
         stage: Stage::Discover,
@@ -367,7 +369,7 @@ pub(crate) fn same_session(key: &Key, holder: &str) -> Rejection {
     }
 }
 
-/// Why a log is not used whose session the output has from another ride, the log of which is not among these.
+/// Rejection of a log whose session id the output has from another ride, the log of which is not among the inputs.
 pub(crate) fn archived(there: &Committed, own: Option<i64>) -> Rejection {
     let when = |start: Option<i64>| start.and_then(instant::text).unwrap_or_default();
     let Committed { session_id, bike_id, path, .. } = there;

@@ -10,7 +10,7 @@ use crate::ingest::maps::file::or_shipped;
 use crate::pipeline::Pipeline;
 use crate::store::objects::Location;
 
-/// What a batch is asked to do.
+/// Inputs and options of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings<'a> {
     /// Logs, folders and glob patterns.
@@ -31,7 +31,7 @@ pub struct Settings<'a> {
     pub since: Option<SystemTime>,
 }
 
-/// What a TOML text says, without remarks, layout and the order of keys: what was made from it depends on nothing else.
+/// Content of a TOML text without comments, layout and order of keys: results depend on nothing else.
 pub(crate) fn content(text: &str) -> String {
     let table = text.parse::<toml::Table>().ok();
     table.and_then(|t| toml::to_string(&t).ok()).unwrap_or_else(|| text.to_owned())
@@ -56,8 +56,8 @@ impl Maps {
         &self.texts
     }
 
-    /// What a log depends on that is read by the map of this name: what that map says, and by what the maps before it
-    /// are told, which might take the log instead. Empty where no map is needed.
+    /// Hash of the maps that decide how a log is read: the content of the map with this name, and the recognition rules
+    /// of the maps before it, which might take the log instead. Empty if no map is needed.
     pub fn hash_of(&self, taken: Option<&str>) -> String {
         let list = or_shipped(&self.list).list;
         // of several with one name, all
@@ -86,7 +86,7 @@ impl Maps {
     /// Reads map files.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn read(paths: &[PathBuf]) -> Result<Self, FileError> {
         Self::parse(&Self::texts(paths)?)
     }
@@ -103,7 +103,7 @@ impl Maps {
     /// From names, for messages, and texts.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn parse(texts: &[(String, String)]) -> Result<Self, FileError> {
         let mut maps = Maps { texts: texts.to_vec(), ..Maps::default() };
         for (name, text) in texts {

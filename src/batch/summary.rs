@@ -17,7 +17,7 @@ use crate::store::objects::counts;
 use crate::store::objects::counts::Counts;
 use crate::store::tables::{file, output};
 
-/// What a run did.
+/// Counts of a run.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
     /// The roadbench.

@@ -316,6 +316,17 @@ pub(crate) fn rejected(accounts: &Accounts) -> Result<(), Failure> {
 pub(crate) fn print_unchanged(accounts: &Accounts, out: &Location) {
     let logs = number_format::count(accounts.inputs, "log");
     print(&format!("{logs}, nothing has changed in {out}\n"));
+    // who asks again wants the answer again
+    if let Some(folder) = out.as_path().filter(|folder| folder.join("report/index.html").is_file())
+    {
+        let report = folder.join("report/index.html");
+        let text = format!(
+            "`roadbench show {}` prints what was found. Report: {}",
+            folder.display(),
+            report.display()
+        );
+        print(&terminal::wrapped(&text, say::line_width()));
+    }
 }
 
 /// Logs what the batch did, and the requests to object stores, where there were any.

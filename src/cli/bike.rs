@@ -10,7 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::say::{self, note, say, tell};
 use crate::contract::bike::{Axle, schema};
 use crate::motorcycle::catalogue::file::{cost_of, rounded, text};
-use crate::motorcycle::catalogue::numbers::twice;
+use crate::motorcycle::catalogue::numbers::{Origin, twice};
 use crate::motorcycle::catalogue::owner::Portrait;
 use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
 use crate::report::terminal::wrapped;
@@ -220,9 +220,16 @@ fn summary(portrait: &Portrait, path: &Path) {
         let line = format!("{key:31} {value:>10} ± {sd:<9} {unit:7} {origin}{cost}");
         say!("{}", wrapped(&line, say::line_width()).trim_end());
     }
-    let guesses = portrait.numbers.iter().filter(|n| n.origin.is_guess()).count();
+    let count =
+        |is: &dyn Fn(&Origin) -> bool| portrait.numbers.iter().filter(|n| is(&n.origin)).count();
+    let printed = count(&|o: &Origin| o.is_printed());
+    let guesses = count(&|o: &Origin| o.is_guess()) - printed;
     let all = portrait.numbers.len();
-    say!("\n{guesses} of {all} numbers are guesses; {} says how to measure each", path.display());
+    say!(
+        "\n{guesses} of {all} numbers are guesses, {printed} are of a data sheet or a tyre size; {} says how to \
+         measure each",
+        path.display()
+    );
 }
 
 /// A conversation.

@@ -69,7 +69,7 @@ fn on(terminal: bool) -> bool {
 }
 
 /// `NO_COLOR` goes before everything, `CLICOLOR_FORCE` before what the stream is; else a terminal that
-/// is not dumb and not told otherwise by `CLICOLOR`.
+/// is not dumb, unless `CLICOLOR` says otherwise.
 fn wanted(terminal: bool, variable: impl Fn(&str) -> Option<String>) -> bool {
     let is = |name: &str| variable(name).filter(|value| !value.is_empty());
     if is("NO_COLOR").is_some() {

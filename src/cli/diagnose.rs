@@ -194,7 +194,14 @@ impl Format {
             Format::Json => verdict.causes.iter().map(|row| json::line("causes", row)).collect(),
             // without fault-free simulations there is none
             Format::Words if verdict.summary.is_empty() => String::new(),
-            Format::Words => terminal::wrapped(&verdict.summary, say::line_width()),
+            Format::Words => {
+                // what it means comes before how it was found
+                let found = answer::causes_of_ride(&verdict.causes);
+                let found: String = found.iter().map(|cause| format!("  {cause}\n")).collect();
+                let summary = verdict.summary.as_str();
+                let (ride, evidence) = summary.split_once('\n').unwrap_or((summary, ""));
+                terminal::wrapped(&format!("{ride}\n{found}{evidence}"), say::line_width())
+            }
         }
     }
 

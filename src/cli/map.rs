@@ -13,17 +13,19 @@ use crate::cli::log::{self, rejected};
 use crate::cli::say::{note, tell};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::rejection::RejectionCode;
 use crate::contract::warning::Warning;
 use crate::ingest;
 use crate::ingest::checks::aids::Aids;
-use crate::ingest::checks::judge::{by_motion, draft};
+use crate::ingest::checks::judge::{by_motion_and_map, draft};
+use crate::ingest::error::Error;
 use crate::ingest::formats::listing::Listing;
 use crate::ingest::formats::survey::survey;
 use crate::ingest::map_for;
 use crate::ingest::maps::ChannelMap;
 use crate::ingest::maps::file::with_aids;
-use crate::ingest::maps::propose::compare::{Comparison, compare, mend};
-use crate::ingest::maps::propose::mend::out_of_reach;
+use crate::ingest::maps::propose::compare::{Comparison, Finding, compare, mend};
+use crate::ingest::maps::propose::mend::{out_of_reach, taken_out};
 use crate::ingest::maps::propose::physics::{Verdict, Verdicts};
 use crate::store::objects::Location;
 use crate::store::objects::files::read_text;
@@ -78,11 +80,17 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let what = "is of a format that is read without a channel map; `roadbench inspect` shows its channels";
         return Err(Failure::Usage(format!("{log} {what}")));
     };
-    let mut verdicts = by_motion(log, &aids, &survey, radii).map_err(rejected)?;
     if let (Some(path), Some(map)) = (&arguments.map, map) {
         let maps = with_aids(vec![map], &aids);
-        return check(&arguments, path, &maps, bike.as_ref(), (&survey.listing, &verdicts));
+        let Some(fitted) = map_for(log, &maps).map_err(rejected)? else {
+            let message = format!("{log} is session.v1: it needs no channel map");
+            return Err(Failure::Usage(message));
+        };
+        let judged = by_motion_and_map(log, &aids, &survey, radii, Some(&fitted));
+        let found = compare(&fitted, &survey.listing, &judged.map_err(rejected)?);
+        return check(&arguments, path, &maps, bike.as_ref(), (&survey.listing, &found));
     }
+    let mut verdicts = by_motion_and_map(log, &aids, &survey, radii, None).map_err(rejected)?;
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if terminal && arguments.out.is_some() {
         let (input, output) = (std::io::stdin(), std::io::stdout());
@@ -126,39 +134,54 @@ fn check(
     path: &std::path::Path,
     maps: &[ChannelMap],
     bike: Option<&Bike>,
-    (listing, verdicts): (&Listing, &Verdicts),
+    (listing, found): (&Listing, &Comparison),
 ) -> Result<(), Failure> {
-    let fitted = map_for(&arguments.log, maps).map_err(rejected)?;
-    let Some(fitted) = fitted else {
-        let message = format!("{} is session.v1: it needs no channel map", arguments.log);
-        return Err(Failure::Usage(message));
-    };
-    let found = compare(&fitted, listing, verdicts);
     let text = read_text(path)
         .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
-    let beyond = out_of_reach(&text, &found.findings).len();
+    let far = out_of_reach(&text, &found.findings);
+    let beyond = far.len();
     let mendable = found.findings.len() - beyond;
     if !arguments.mend {
         let known = |w: &Warning| found.findings.iter().any(|f| Some(f.channel) == w.channel);
-        let (said, left) = by_run(&as_read(&arguments.log, maps, bike), |w| !known(w));
-        print(&(report(&found) + &said))?;
+        let read = as_read(&arguments.log, maps, bike);
+        // what was found may be why a run rejects the log
+        let is_explained = read.is_err() && mendable > 0;
+        let (said, left) = by_run(read, |w| !known(w));
+        let left = if is_explained { 0 } else { left };
+        print(&(report(found) + &said))?;
         return refused(mendable, beyond + left);
     }
-    tell!("{}", report(&found));
+    tell!("{}", report(found));
     let mended = mend(&text, listing, &found.findings);
-    put_map(arguments, &mended, &format!("{mendable} mended"))?;
+    // a map that cannot be read must not stand in for one that can
     let mut after =
         ChannelMap::parse(&mended, &path.display().to_string()).map_err(Failure::usage)?;
+    let out = taken_out(&text, &found.findings);
+    put_map(arguments, &mended, &done(&found.findings, &far, &out))?;
     after.aids = maps.first().map_or_else(Aids::default, |map| map.aids.clone());
-    let (said, left) = by_run(&as_read(&arguments.log, &[after], bike), |_| true);
+    let (said, left) = by_run(as_read(&arguments.log, &[after], bike), |_| true);
     tell!("{said}");
     refused(0, beyond + left)
 }
 
 /// What a run's checks say, for people, and how much of it contradicts the map.
-fn by_run(warnings: &[Warning], keep: impl Fn(&Warning) -> bool) -> (String, usize) {
+///
+/// A log that a run rejects with this map is one thing that the map leaves wrong.
+fn by_run(
+    warnings: Result<Vec<Warning>, Error>,
+    keep: impl Fn(&Warning) -> bool,
+) -> (String, usize) {
     let mut said = String::new();
     let mut wrong = 0;
+    let warnings = match warnings {
+        Ok(warnings) => warnings,
+        Err(e) => {
+            return (
+                format!("a run rejects the log with this map: {}: {}\n", e.code, e.message),
+                1,
+            );
+        }
+    };
     for warning in warnings.iter().filter(|w| keep(w)) {
         let channel = warning.channel.map_or("log", Channel::name);
         let _ = writeln!(said, "{channel}: {}: {}", warning.code, warning.message);
@@ -189,11 +212,36 @@ fn refused(mendable: usize, left: usize) -> Result<(), Failure> {
 /// What a run's checks say without contradicting the map.
 const UNDECIDED: [&str; 2] = ["standstill", "brakes_unclear"];
 
-/// What the checks of a run say of the log as this map reads it; nothing of a log that cannot be read: a run says why.
-fn as_read(log: &Location, maps: &[ChannelMap], bike: Option<&Bike>) -> Vec<Warning> {
+/// What the checks of a run say of the log as this map reads it.
+///
+/// # Errors
+/// A run rejects the log with this map.
+fn as_read(
+    log: &Location,
+    maps: &[ChannelMap],
+    bike: Option<&Bike>,
+) -> Result<Vec<Warning>, Error> {
     let config = ingest::Config::default();
-    let session = ingest::read(log, maps).and_then(|raw| ingest::run(raw, &config));
-    session.map_or_else(|_| Vec::new(), |(session, _)| ingest::look(&session, bike, &config))
+    let (session, _) = ingest::read(log, maps).and_then(|raw| ingest::run(raw, &config))?;
+    if !session.get(Channel::VelocityX).is_some_and(|v| v.iter().any(|v| v.is_finite())) {
+        let message = "it gives no velocity_x, which every coefficient needs";
+        return Err(Error { code: RejectionCode::MissingColumn, message: message.into() });
+    }
+    Ok(ingest::look(&session, bike, &config))
+}
+
+/// What `--mend` did: entries that it corrected, and those that it commented out.
+fn done(findings: &[Finding], far: &[Channel], out: &[Channel]) -> String {
+    let is_corrected = |c: &Channel| !far.contains(c) && !out.contains(c);
+    let mut corrected: Vec<Channel> =
+        findings.iter().map(|f| f.channel).filter(is_corrected).collect();
+    corrected.dedup();
+    let mut said = format!("{} entries corrected", corrected.len());
+    if !out.is_empty() {
+        let names: Vec<&str> = out.iter().map(|c| c.name()).collect();
+        let _ = write!(said, ", {} commented out: {}", out.len(), names.join(", "));
+    }
+    said
 }
 
 /// What a comparison found, for people.

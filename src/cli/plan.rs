@@ -13,6 +13,7 @@ use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan, scenario};
 use crate::pipeline::Pipeline;
 use crate::pipeline::predicted::{Expected, Predicted};
+use crate::report::next_ride::{self, Want};
 use crate::report::readable::size;
 use crate::report::terminal;
 use crate::simulate::scenario::BUILTIN;
@@ -77,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     say!("{scenario}: a ride of {duration:.0} s, simulated and fitted\n");
     print_side_forces(&side_forces);
     say!("Smallest effects that it can reveal, at best\n");
-    say!("{:<24}{:>14}  in usual sizes", "effect", "limit");
+    say!("{:<24}{:>14}  in usual sizes (beyond {LARGEST_LIMIT}: not seen)", "effect", "limit");
     for row in &effects {
         let limit = row.limit.map_or("-".to_owned(), |x| size(x, row.effect, row.unit));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
@@ -171,7 +172,9 @@ fn print_side_forces(found: &[Predicted]) {
     match gains.is_empty() {
         true => say!("\nFour more slalom passes would narrow no cornering stiffness by a tenth.\n"),
         false => {
-            let text = format!("\n{SLALOM}:\n  {}\n\n", gains.join(", "));
+            let riding =
+                next_ride::sentence(Want::Value, words(C::CorneringStiffness0.name()), SLALOM);
+            let text = format!("\n{riding}.\n  {}\n\n", gains.join(", "));
             put!("{}", terminal::wrapped(&text, say::line_width()));
         }
     }
@@ -194,6 +197,6 @@ fn hidden(row: &EffectLimit) -> String {
         {
             format!("{base}{} with {set}", size(after, row.effect, row.unit))
         }
-        _ => format!("{base}no set does"),
+        _ => format!("{base}no riding that was tried shows it"),
     }
 }

@@ -64,7 +64,7 @@ pub(crate) fn write(text: Arguments<'_>) {
     }
 }
 
-/// Writes to stderr; where that fails nobody can be told.
+/// Writes to stderr; a failure is ignored, since nothing could report it.
 pub(crate) fn remark(text: Arguments<'_>) {
     let _ = std::io::stderr().write_all(plain(&text.to_string()).as_bytes());
 }

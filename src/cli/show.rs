@@ -13,18 +13,24 @@ use crate::cli::json;
 use crate::cli::location::require_folder;
 use crate::cli::report::failure;
 use crate::cli::say;
+use crate::diagnose::reference::words;
+use crate::report::diagnosis::answer;
+use crate::report::diagnosis::tables::{causes, causes_and_shared};
 use crate::report::find::{find, nearest};
 use crate::report::session::printed::{self, Stored};
 use crate::report::{Error, list_of_sessions, page_names, tables, terminal};
 use crate::store::objects::Location;
-use crate::store::tables::rows::{Ident, Rejected, SessionRow};
+use crate::store::tables::changes::is_change;
+use crate::store::tables::read;
+use crate::store::tables::rows::{CauseRow, ChangeRow, Ident, Rejected, SessionRow};
 
 /// Print what a session gave, or list the sessions
 ///
-/// Without --session: every session of the output and what was rejected. Nothing is computed again.
+/// Without --session: every session of the output and what was rejected. Of what `diagnose` wrote: the causes that it
+/// found, and what changed between the rides. Nothing is computed again.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The folder that `roadbench run --out` wrote.
+    /// The folder that `roadbench run --out` or `roadbench diagnose --out` wrote.
     out: PathBuf,
     /// The session to show, by its id.
     #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
@@ -32,8 +38,8 @@ pub(crate) struct Arguments {
     /// Its bike, where several have a session of that name; without --session, the bike whose sessions are listed.
     #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
     bike: Option<String>,
-    /// Print the rows of the tables `sessions`, `coefficients`, `warnings` and `rejected` as JSON, one object a line; its
-    /// key `table` says of which.
+    /// Print the rows of the tables `sessions`, `coefficients`, `warnings`, `rejected` and `causes` as JSON, one object a
+    /// line; its key `table` says of which.
     #[arg(long)]
     json: bool,
 }
@@ -59,7 +65,11 @@ fn one(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Result<(), 
     let keys: Vec<(&str, &str)> = sessions.iter().map(|s| s.ident.key()).collect();
     let place = match find(&keys, session, bike) {
         Ok(place) => place,
-        Err(e) => return Err(unknown(out, session, e)?),
+        // of a ride that was diagnosed and not run
+        Err(e) => match diagnosed(out, session, bike, json)? {
+            true => return Ok(()),
+            false => return Err(unknown(out, session, e)?),
+        },
     };
     let ident = &sessions[place].ident;
     let stored = Stored::read(out, ident).map_err(failure)?;
@@ -70,9 +80,70 @@ fn one(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Result<(), 
         return Ok(());
     }
     print(&stored.printed().text(say::width()));
+    let found = of_ride(out, ident.key())?;
+    if !found.is_empty() {
+        print(&format!("\nDiagnosis\n{}", terminal::wrapped(&found, say::width())));
+    }
     let page = page_names::sessions(keys.iter().copied()).swap_remove(place);
     print(&format!("\n{}", page_of(out, &page, ident)));
     Ok(())
+}
+
+/// Prints what a diagnosis found in a ride; whether it was diagnosed.
+fn diagnosed(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Result<bool, Failure> {
+    let _reading = Reading::of(out)?;
+    let mut rows = causes(out).map_err(failure)?;
+    rows.retain(|row| {
+        row.ident.session_id == session && bike.is_none_or(|b| row.ident.bike_id == b)
+    });
+    let Some(first) = rows.first() else { return Ok(false) };
+    if json {
+        rows.iter().for_each(|row| print(&json::line("causes", row)));
+        return Ok(true);
+    }
+    let (bike, session) = first.ident.key();
+    let head = format!("{}  {}\n", terminal::clean(session), terminal::clean(bike));
+    print(&head);
+    print(&terminal::wrapped(&of_ride(out, (bike, session))?, say::width()));
+    print(&format!("Report: {}\n", out.join("report/index.html").display()));
+    Ok(true)
+}
+
+/// What a diagnosis found in a ride, in sentences, and how the ride differs from the motorcycle's others; empty where it
+/// was not diagnosed.
+fn of_ride(out: &Path, ride: (&str, &str)) -> Result<String, Failure> {
+    let mut rows = causes(out).map_err(failure)?;
+    rows.retain(|row| row.ident.key() == ride);
+    if rows.is_empty() {
+        return Ok(String::new());
+    }
+    let mut text = answer::of_ride(&rows).join("\n") + "\n";
+    for row in changes(out)?.iter().filter(|row| row.ident.key() == ride && is_change(row)) {
+        text += &format!("{}.\n", row.sentence);
+    }
+    Ok(text)
+}
+
+/// What `diagnose` found in all rides of an output and between them, as it printed it; empty where nothing was diagnosed.
+fn of_rides(out: &Path, bike: Option<&str>) -> Result<String, Failure> {
+    let (rows, shared) = causes_and_shared(out).map_err(failure)?;
+    let is_own = |row: &&CauseRow| bike.is_none_or(|bike| row.ident.bike_id == bike);
+    let rows: Vec<CauseRow> = rows.iter().filter(is_own).cloned().collect();
+    if rows.is_empty() {
+        return Ok(String::new());
+    }
+    let rides: Vec<Vec<CauseRow>> =
+        rows.chunk_by(|a, b| a.ident.key() == b.ident.key()).map(<[CauseRow]>::to_vec).collect();
+    // what rides share is of all motorcycles
+    let shared: &[CauseRow] = if bike.is_some() { &[] } else { &shared };
+    let mut changes = changes(out)?;
+    changes.retain(|row| bike.is_none_or(|bike| row.ident.bike_id == bike));
+    let said = answer::of_sessions(&rides, shared, usize::MAX);
+    Ok(said + &words::of_motorcycles(&changes))
+}
+
+fn changes(out: &Path) -> Result<Vec<ChangeRow>, Failure> {
+    read::rows(out).map_err(|e| Failure::Output(e.to_string()))
 }
 
 /// Where a session's page is, or the command that writes it.
@@ -121,7 +192,8 @@ fn list(out: &Path, bike: Option<&str>, json: bool) -> Result<(), Failure> {
     intact::require_lists(&Location::from(out))?;
     let mut sessions = tables::sessions(out).map_err(failure)?;
     let mut rejected = tables::rejected(out).map_err(failure)?;
-    if let Some(bike) = bike {
+    let found = of_rides(out, bike)?;
+    if let Some(bike) = bike.filter(|_| !sessions.is_empty() || found.is_empty()) {
         let of_bike = |row: &SessionRow| row.ident.bike_id == bike;
         if !sessions.iter().any(of_bike) {
             let mut bikes: Vec<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
@@ -135,6 +207,14 @@ fn list(out: &Path, bike: Option<&str>, json: bool) -> Result<(), Failure> {
     if json {
         sessions.iter().for_each(|row| print(&json::line("sessions", row)));
         rejected.iter().for_each(|row| print(&json::line("rejected", row)));
+        let is_own = |row: &&CauseRow| bike.is_none_or(|bike| row.ident.bike_id == bike);
+        let rows = causes(out).map_err(failure)?;
+        rows.iter().filter(is_own).for_each(|row| print(&json::line("causes", row)));
+        return Ok(());
+    }
+    if sessions.is_empty() && !found.is_empty() {
+        print(&terminal::wrapped(&found, say::width()));
+        print(&format!("Report: {}\n", out.join("report/index.html").display()));
         return Ok(());
     }
     print(&list_of_sessions::text(&sessions, &rejected, say::width()));
@@ -145,6 +225,9 @@ fn list(out: &Path, bike: Option<&str>, json: bool) -> Result<(), Failure> {
             quoted(&first.ident.session_id)
         );
         print(&terminal::wrapped(&format!("\nTo show one: `{command}`"), say::width()));
+    }
+    if !found.is_empty() {
+        print(&format!("\nDiagnosis\n{}", terminal::wrapped(&found, say::width())));
     }
     Ok(())
 }

@@ -68,7 +68,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
         outputs.apart_from_files([&arguments.tyre].into_iter().chain(&arguments.against))?;
     }
-    let read = |name: &str| tyre_file::load(name).map_err(Failure::usage);
+    let read = |name: &str| {
+        if Path::new(name).is_dir() {
+            return Err(Failure::Usage(format!(
+                "{name} is a folder; of the output of a run write a tyre first: `roadbench export {name} --session ID \
+                 --tyre front --format tir -o front.tir`"
+            )));
+        }
+        tyre_file::load(name).map_err(Failure::usage)
+    };
     let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
     if let Some(name) = arguments.against.as_deref().filter(|name| tydex::is_name(name)) {
         let (name, tyre) = (Path::new(name), tyres[0].1.as_ref());
@@ -100,12 +108,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn print_upright(benches: &[LateralBench<'_>]) {
     let Some(LateralBench { load, friction, .. }) = benches.first() else { return };
     let found: Vec<Bench> = benches.iter().map(|b| bench(b.tyre, b.load, b.friction)).collect();
+    let load = *load;
     say!("at {load} N and friction {friction}, upright:");
-    let line = |what: &str, unit: &str, f: fn(&Bench) -> f64| {
+    let line = |what: &str, unit: &str, f: &dyn Fn(&Bench) -> f64| {
         put!("  {what:26} {unit:>6}");
         for b in &found {
             let x = f(b);
-            if x.is_finite() { put!(" {x:10.5}") } else { put!(" {:>10}", "-") }
+            let decimals = if x.abs() < 100.0 { 5 } else { 1 };
+            put!(" {:>10}", fixed(x, decimals));
         }
         if let [a, b] = found.as_slice()
             && (f(a) / f(b)).is_finite()
@@ -114,15 +124,16 @@ fn print_upright(benches: &[LateralBench<'_>]) {
         }
         say!();
     };
-    line("cornering stiffness / load", "1/rad", |b| b.cornering_stiffness);
-    line("camber stiffness / load", "1/rad", |b| b.camber_stiffness);
-    line("twisting stiffness / load", "m/rad", |b| b.twisting_stiffness);
-    line("overturning stiffness", "m", |b| b.overturning_stiffness);
-    line("pneumatic trail", "m", |b| b.trail);
-    line("peak braking friction", "1", |b| b.peak_friction);
-    line("slip ratio of that peak", "1", |b| slip_ratio(b.peak_slip));
-    line("rolling radius", "m", |b| b.rolling_radius);
-    line("relaxation length", "m", |b| b.relaxation_length);
+    line("cornering stiffness / load", "1/rad", &|b| b.cornering_stiffness);
+    line("camber stiffness / load", "1/rad", &|b| b.camber_stiffness);
+    line("twisting stiffness / load", "m/rad", &|b| b.twisting_stiffness);
+    line("overturning stiffness", "m", &|b| b.overturning_stiffness);
+    line("pneumatic trail", "m", &|b| b.trail);
+    line("peak braking friction", "1", &|b| b.peak_friction);
+    line("peak braking force", "N", &|b| b.peak_friction * load);
+    line("slip ratio of that peak", "1", &|b| slip_ratio(b.peak_slip));
+    line("rolling radius", "m", &|b| b.rolling_radius);
+    line("relaxation length", "m", &|b| b.relaxation_length);
 }
 
 /// Width of a camber.

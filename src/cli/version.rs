@@ -1,4 +1,4 @@
-//! What `roadbench --version` says: which build this is, for whoever reports something.
+//! What `roadbench --version` says: which build this is, for reports of errors.
 
 use std::sync::LazyLock;
 

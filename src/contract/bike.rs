@@ -124,9 +124,9 @@ pub struct Bike {
     pub mass: f64,
     /// Wheelbase `l`, m.
     pub wheelbase: f64,
-    /// Mass centre behind the front contact `l_f`, m.
+    /// Centre of mass behind the front contact `l_f`, m.
     pub cg_to_front: f64,
-    /// Mass centre height `h_G`, m.
+    /// Height of the centre of mass `h_G`, m.
     pub cg_height: f64,
     /// Caster angle `epsilon`, rad.
     pub caster_angle: f64,
@@ -142,9 +142,9 @@ pub struct Bike {
     pub brake_gain_front: Option<f64>,
     /// Rear brake torque per pressure, N m/Pa.
     pub brake_gain_rear: Option<f64>,
-    /// Velocity reference point ahead of the mass centre, m.
+    /// Velocity reference point ahead of the centre of mass, m.
     pub velocity_sensor_x: f64,
-    /// Velocity reference point above the mass centre, m.
+    /// Velocity reference point above the centre of mass, m.
     pub velocity_sensor_z: f64,
     /// Standard uncertainty per key, in the key's unit.
     pub uncertainty: BTreeMap<String, f64>,
@@ -351,7 +351,7 @@ impl Bike {
         self.keys.get(key).copied()
     }
 
-    /// Yaw inertia about the mass centre, kg m²: the file's, or that of a radius of gyration of
+    /// Yaw inertia about the centre of mass, kg m²: the file's, or that of a radius of gyration of
     /// 0.235 wheelbases, usual for motorcycles with rider. It matters while turning in and out.
     pub fn yaw_inertia(&self) -> f64 {
         self.keys
@@ -366,7 +366,7 @@ impl Bike {
         self.value("trail").unwrap_or(USUAL_TRAIL) * self.caster_angle.cos()
     }
 
-    /// Distance of the mass centre from the rear contact `l_r`, m.
+    /// Distance of the centre of mass from the rear contact `l_r`, m.
     pub fn cg_to_rear(&self) -> f64 {
         self.wheelbase - self.cg_to_front
     }

@@ -110,7 +110,7 @@ impl Channel {
     /// The channel of that name.
     ///
     /// # Errors
-    /// A sentence with the nearest name.
+    /// Error text with the nearest name.
     pub fn named(name: &str) -> Result<Self, KeyError> {
         Channel::from_name(name).ok_or_else(|| {
             let near =

@@ -1,4 +1,4 @@
-//! Which kind of file a TOML file is, by the keys that no other kind has: for whoever gave one where another is wanted.
+//! Which kind of file a TOML file is, by the keys that no other kind has: for messages on a file of the wrong kind.
 
 use toml::{Table, Value};
 

@@ -118,6 +118,7 @@ texts! {
         SignVelocityY: "sign_velocity_y", "The lateral velocity has the wrong sign.";
         ScaleVelocityY: "scale_velocity_y", "The lateral velocity is too large for the lateral acceleration.";
         ScaleAcceleration: "scale_acceleration", "The longitudinal acceleration does not go with the speed.";
+        CalculatedLean: "calculated_lean", "The lean is calculated of the lateral acceleration.";
         ScaleLateral: "scale_lateral", "A channel disagrees with the others in corners.";
         ScaleRate: "scale_rate", "An angular rate does not go with its angle.";
         ScaleSteer: "scale_steer", "Steering does not go with the path.";

@@ -1,4 +1,4 @@
-//! Channels of the residuals on the road: equations of the base model that vanish when it is right
+//! Channels of the residuals on the road: equations of the nominal model that vanish when it is right
 //! (`discrepancies`, column `channel`). Their formulas are in `diagnose::residuals`.
 
 use std::ops::{Index, IndexMut};

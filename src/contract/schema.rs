@@ -112,8 +112,8 @@ impl Column {
         self.field(self.data_type())
     }
 
-    /// The type in files: an instant has its time zone. Texts are plain for whoever reads; on disk Parquet keeps each of
-    /// those that many rows share once.
+    /// The type in files: an instant has its time zone. Texts are plain strings for readers; on disk Parquet keeps each
+    /// of those that many rows share once.
     pub fn data_type(&self) -> DataType {
         match self.kind.as_str() {
             "timestamp" => DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into())),
@@ -270,7 +270,7 @@ impl KeyTable {
     /// Checks a file's table against the keys and fills in the defaults.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self, table: &toml::Table) -> Result<Values, KeyError> {
         let mut values = Values::default();
         let mut given: Vec<String> = Vec::new();
@@ -346,7 +346,7 @@ impl KeyTable {
     /// path it is in the key's range.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check_ranges(&self, table: &toml::Table) -> Result<(), KeyError> {
         refuse_infinite(table)?;
         for (path, value) in flatten(table) {
@@ -370,7 +370,7 @@ impl KeyTable {
     /// Checks a table of standard uncertainties: the same keys, positive numbers.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check_uncertainty(
         &self,
         table: &toml::Table,
@@ -408,7 +408,7 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, KeyError> {
 /// Refuses `nan` and `inf` wherever they are: no setting means anything by them.
 ///
 /// # Errors
-/// A sentence that names the key.
+/// Error text that names the key.
 pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), KeyError> {
     fn look(path: &str, value: &toml::Value) -> Result<(), KeyError> {
         match value {
@@ -430,7 +430,7 @@ pub(crate) fn refuse_infinite(table: &toml::Table) -> Result<(), KeyError> {
 /// As [`refuse_infinite`], of a file's text; what is wrong with the text otherwise its own reader says.
 ///
 /// # Errors
-/// A sentence that names the key.
+/// Error text that names the key.
 pub(crate) fn refuse_infinite_in(text: &str) -> Result<(), KeyError> {
     toml::from_str::<toml::Table>(text).map_or(Ok(()), |table| refuse_infinite(&table))
 }

@@ -53,7 +53,7 @@ impl Verdict {
     /// On pages.
     pub fn words(self) -> &'static str {
         match self {
-            Verdict::Named => "named",
+            Verdict::Named => "identified",
             Verdict::Ambiguous => "one of several",
             Verdict::Alternative => "one of several, instead",
             Verdict::NotNeeded => "not needed",

@@ -18,6 +18,6 @@ pub struct Warning {
     pub count: usize,
     /// When it first happened, s since the start.
     pub time: Option<f64>,
-    /// A sentence for people: what, where, what was done about it.
+    /// Text for people: the problem, its place and what was done about it.
     pub message: String,
 }

@@ -1,5 +1,5 @@
-//! Calibration against null simulations, rides on which the model leaves nothing out: what every candidate
-//! scores there, and what residuals are left (`book/src/diagnosis.md`, section 2.4).
+//! Calibration by fault-free simulations: the scores of all candidates and the residuals on rides that the model
+//! describes completely (`book/src/diagnosis.md`, section 2.4).
 
 use std::collections::BTreeMap;
 
@@ -8,52 +8,52 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 /// Share of the fault-free simulations whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;
 
-/// A kind of manoeuvre and the place of a channel of residuals.
+/// A kind of manoeuvre and the index of a channel of residuals.
 pub(crate) type Cell = (ManoeuvreKind, usize);
 
 /// Root mean square and number of the residuals in each cell.
 pub(crate) type Rms = BTreeMap<Cell, (f64, usize)>;
 
-/// Mean and largest root mean square of the residuals of null simulations in each cell.
+/// Mean and largest root mean square of the residuals of fault-free simulations in each cell.
 pub(crate) type Floor = BTreeMap<Cell, [f64; 2]>;
 
-/// What candidates and residuals show on null simulations; `S` is what scores are measured by.
+/// Scores and residuals of fault-free simulations; `S` is the spread and threshold of scores.
 #[derive(Debug, Clone)]
 pub struct Calibration<S> {
-    /// Median size that a null simulation shows, per candidate: the method's bias.
+    /// Median size in fault-free simulations, per candidate: the bias of the method.
     pub bias: Vec<f64>,
-    /// How many null simulations.
+    /// Number of fault-free simulations.
     pub nulls: usize,
-    /// Largest score of each null simulation, each judged as the ride.
-    pub tops: Vec<f64>,
-    /// What residuals they have.
+    /// Largest score of each simulation, judged like the ride.
+    pub largest_scores: Vec<f64>,
+    /// Their residuals.
     pub floor: Floor,
-    /// What scores are measured by.
+    /// Spread and threshold by which sizes become scores.
     pub scale: S,
 }
 
 impl<S> Calibration<S> {
     /// Share of the fault-free simulations in which some candidate scores as much or more.
     pub fn false_alarm_rate(&self, score: f64) -> f64 {
-        let over = self.tops.iter().filter(|t| **t >= score).count();
+        let over = self.largest_scores.iter().filter(|t| **t >= score).count();
         over as f64 / self.nulls.max(1) as f64
     }
 }
 
-/// The score that a share of `QUANTILE` of null simulations stays below; infinite without any.
-pub(crate) fn threshold(mut tops: Vec<f64>) -> f64 {
-    if tops.is_empty() {
+/// Score that a share of `QUANTILE` of the simulations stays below; infinite without simulations.
+pub(crate) fn threshold(mut largest_scores: Vec<f64>) -> f64 {
+    if largest_scores.is_empty() {
         return f64::INFINITY;
     }
-    tops.sort_by(f64::total_cmp);
-    let place = QUANTILE * (tops.len() as f64 - 1.0);
+    largest_scores.sort_by(f64::total_cmp);
+    let place = QUANTILE * (largest_scores.len() as f64 - 1.0);
     let (low, share) = (place.floor() as usize, place.fract());
-    let high = tops[(low + 1).min(tops.len() - 1)];
-    // they are few and set their own bias and spread: a little more
-    (1.0 + 1.0 / tops.len() as f64) * (tops[low] + share * (high - tops[low]))
+    let high = largest_scores[(low + 1).min(largest_scores.len() - 1)];
+    // a few simulations that set their own bias and spread: the threshold is raised by 1/n
+    (1.0 + 1.0 / largest_scores.len() as f64) * (largest_scores[low] + share * (high - largest_scores[low]))
 }
 
-/// Root mean squares of residuals.
+/// Root mean square of the residuals in each cell.
 pub fn rms(residuals: impl Iterator<Item = (Cell, f64)>) -> Rms {
     let mut out = Rms::new();
     for (cell, r) in residuals {
@@ -65,7 +65,7 @@ pub fn rms(residuals: impl Iterator<Item = (Cell, f64)>) -> Rms {
     out
 }
 
-/// The floor under `nulls` null simulations.
+/// Floor of `nulls` fault-free simulations.
 pub(crate) fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
     let mut out = Floor::new();
     for (cell, (size, _)) in sizes.flatten() {
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(threshold(Vec::new()), f64::INFINITY);
         assert_eq!(threshold(vec![3.0]), 6.0);
         // 0.95 of the way over 20 steps, and a twenty-first more
-        let tops: Vec<f64> = (0..=20).rev().map(f64::from).collect();
-        assert!((threshold(tops) - 19.0 * (1.0 + 1.0 / 21.0)).abs() < 1e-12);
+        let largest_scores: Vec<f64> = (0..=20).rev().map(f64::from).collect();
+        assert!((threshold(largest_scores) - 19.0 * (1.0 + 1.0 / 21.0)).abs() < 1e-12);
     }
 }

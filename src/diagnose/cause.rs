@@ -1,4 +1,4 @@
-//! Candidates, causes and what a diagnosis makes of all of them: the types that road and off-road share.
+//! Candidates, causes and verdicts: the types that road and off-road share.
 
 use std::collections::BTreeMap;
 
@@ -12,17 +12,17 @@ pub struct Candidate {
     pub place: usize,
     /// Name in the tables.
     pub name: &'static str,
-    /// Name of its one number in the tables.
+    /// Name of its size in the tables.
     pub parameter: &'static str,
-    /// What happens where its number has the sign of `typical`, as a main clause.
+    /// Effect of a size with the sign of `typical`, as a main clause.
     pub sentence: &'static str,
-    /// What happens where it has the other sign.
+    /// Effect of a size with the other sign, as a main clause.
     pub opposite: &'static str,
-    /// Unit of its number.
+    /// Unit of its size.
     pub unit: &'static str,
-    /// The riding or the channel that tells it from others.
+    /// Riding or channel that separates it from other candidates.
     pub separate_by: &'static str,
-    /// A usual size, in the unit.
+    /// Usual size, in the unit.
     pub typical: f64,
     /// Smallest and largest size that is physically plausible, in the unit.
     pub bounds: [f64; 2],
@@ -34,7 +34,7 @@ impl Candidate {
         (self.bounds[0]..=self.bounds[1]).contains(&size)
     }
 
-    /// What happens at a size; at one that is not known, what usually does.
+    /// Sentence for a size; for NaN that of the usual sign.
     pub fn sentence_of(&self, size: f64) -> &'static str {
         by_sign(size, self.typical, [self.sentence, self.opposite])
     }
@@ -43,7 +43,7 @@ impl Candidate {
 /// A size with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// In the candidate's unit, the method's bias taken off.
+    /// Size in the candidate's unit, without the method's bias.
     pub value: f64,
     /// Standard error, in the unit; of the natural logarithm of the value where that is `logarithmic`.
     pub std_error: f64,
@@ -52,7 +52,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a size whose error is in its own unit.
+    /// Estimate with a standard error in the size's unit.
     pub fn linear(value: f64, std_error: f64) -> Self {
         Estimate { value, std_error, logarithmic: false }
     }
@@ -67,63 +67,63 @@ impl Estimate {
     }
 }
 
-/// Why a candidate that would have been named is not.
+/// Reason why a candidate that would have been identified is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Objection {
-    /// It leaves more structure in the channels where it shows itself than a cause may.
+    /// It leaves too much structure in the channels where it acts.
     Contradicted,
-    /// Null simulations on the model with it do not give its size back, or only one out of bounds.
+    /// Fault-free simulations on the model with it do not reproduce its size, or only a size out of bounds.
     NotReproduced,
-    /// The simulation of manoeuvres left out of the fit gets worse with what is named.
+    /// The causes make the simulation of manoeuvres left out of the fit worse.
     WorseSimulation,
 }
 
-/// Which rule of the naming leaves a candidate out that is beyond what fault-free simulations show.
+/// Rule that refuses a candidate although its score is beyond fault-free simulations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refusal {
-    /// Other motorcycles score as much where nothing is wrong; the score that a cause needs.
+    /// Fault-free rides of other motorcycles score as much; holds the score that a cause needs.
     NoAlarm(f64),
-    /// To first order it gains far less than those that were fitted together with the model.
+    /// Its first-order gain is far below that of the candidates that were fitted.
     NotFitted,
-    /// Its size in the joint fit is out of its bounds.
+    /// The size in the joint fit, which is out of bounds.
     Implausible(f64),
     /// The joint fit gains too little.
     LittleGain {
         /// Fall of twice the loss.
         gain: f64,
-        /// What a cause needs.
+        /// Gain that a cause needs.
         needed: f64,
     },
-    /// Its size in the joint fit is smaller than what a bike file is usually known to.
+    /// The size in the joint fit, smaller than the usual uncertainty of a bike file.
     Small(f64),
     /// Another of its family is identified.
     Related,
-    /// Its size is not known well enough.
+    /// The standard error of its size is too large.
     Vague,
     /// It gains too little on manoeuvres left out of the fit.
     NotHeldOut,
-    /// This one gains more and joined the model.
+    /// The candidate that gains more and joined the model instead.
     Behind(&'static str),
 }
 
-/// What refuses candidates at a stage of the naming, by their names.
+/// Reasons that refuse candidates at a stage, by candidate name.
 pub(crate) type Refusals = BTreeMap<&'static str, Refusal>;
 
-/// A candidate at a stage of the naming, before any verdict.
+/// A candidate at a stage of the search, before any verdict.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
-    /// The candidate.
+    /// Effect, with its unit, bounds and sentences.
     pub candidate: Candidate,
-    /// Its size; `None` where no size is better than none.
+    /// Its size; `None` if no size fits better than zero.
     pub estimate: Option<Estimate>,
-    /// Size that the method itself shows on null simulations, already taken off `estimate`.
+    /// Bias of the method: the size shown by fault-free simulations, already subtracted from `estimate`.
     pub bias: f64,
-    /// Over one is beyond what fault-free simulations show.
+    /// Score: 19 of 20 fault-free simulations stay below 1.
     pub score: f64,
     /// Fall of twice the loss when it joins the model, to first order or by a fit.
     pub gain: f64,
-    /// Whether it is an alarm whatever its score: it relieves a base model that is strained.
-    pub relieves: bool,
+    /// Whether it makes an implausible fit plausible: then it alarms whatever its score.
+    pub makes_plausible: bool,
 }
 
 impl Judged {
@@ -146,35 +146,35 @@ impl Judged {
 /// A candidate with its verdict.
 #[derive(Debug, Clone)]
 pub struct Cause {
-    /// The candidate.
+    /// Effect, with its unit, bounds and sentences.
     pub candidate: Candidate,
-    /// What is concluded about it.
+    /// Conclusion about the candidate.
     pub verdict: Verdict,
-    /// Why it is not needed though it alarmed and gained enough.
+    /// Test that withdrew it although it alarmed and gained enough.
     pub objection: Option<Objection>,
-    /// Why it did not join the model though it is beyond what fault-free simulations show.
+    /// Rule that kept it out of the model although its score is above 1.
     pub refusal: Option<Refusal>,
-    /// Its size; `None` where no size is better than none.
+    /// Its size; `None` if no size fits better than zero.
     pub estimate: Option<Estimate>,
-    /// Size that the method itself shows on null simulations, already taken off `estimate`.
+    /// Bias of the method: the size shown by fault-free simulations, already subtracted from `estimate`.
     pub bias: f64,
-    /// Over one is beyond what fault-free simulations show.
+    /// Score: 19 of 20 fault-free simulations stay below 1.
     pub score: f64,
     /// Fall of twice the loss when it joined the model; zero where that was not tried.
     pub gain: f64,
-    /// Names of other candidates that the ride cannot tell from it.
+    /// Names of the candidates that the ride cannot separate from it.
     pub equivalent: Vec<&'static str>,
 }
 
 impl Cause {
-    /// The same, not needed after all.
+    /// The same cause, withdrawn: not needed.
     #[must_use]
     pub fn rejected(self, objection: Objection) -> Self {
         Cause { verdict: Verdict::NotNeeded, objection: Some(objection), ..self }
     }
 
-    /// The same with what refused it at its stage, where it is beyond what fault-free simulations show; `alarm` is the score
-    /// that a cause needs.
+    /// The same with the rule that refused it at its stage, if its score is above 1; `alarm` is the score that a cause
+    /// needs.
     #[must_use]
     pub(crate) fn refused(self, at_stage: &Refusals, alarm: f64) -> Self {
         let is_beyond = self.verdict == Verdict::NotNeeded && self.score > 1.0;
@@ -183,7 +183,7 @@ impl Cause {
         Cause { refusal: refusal.filter(|_| is_beyond), ..self }
     }
 
-    /// Keeps some of the equivalents; without any the cause is named.
+    /// Keeps some of the equivalents; a cause without any has the verdict `Named`.
     pub fn retain_equivalents(&mut self, keep: impl Fn(&str) -> bool) {
         self.equivalent.retain(|name| keep(name));
         if self.equivalent.is_empty() {
@@ -202,30 +202,29 @@ impl Cause {
     }
 }
 
-/// Residual structure: what is left of the misfit and follows a variable of the ride.
+/// Residual structure: a remaining misfit that follows a variable of the ride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
     /// Channel and variable, in words.
     pub description: String,
-    /// How many times what 19 of 20 fault-free simulations stay below.
+    /// Size over the threshold that 19 of 20 fault-free simulations stay below.
     pub times: f64,
 }
 
-/// The outcome of the naming; `M` is a fitted model.
+/// Result of the search for causes; `M` is a fitted model.
 #[derive(Debug, Clone)]
 pub struct Naming<M> {
-    /// Every candidate: those named in the order of their naming, those objected to, then the others by
-    /// their score.
+    /// Every candidate: causes in the order of their identification, withdrawn ones, then the others by score.
     pub causes: Vec<Cause>,
-    /// The model with what is named.
+    /// The model with the causes.
     pub extended: M,
-    /// Largest score before anything was named.
+    /// Largest score on the nominal model.
     pub alarm: f64,
-    /// The largest residual structure, where it is looked for.
+    /// The largest residual structure; `None` off the road, where none is sought.
     pub structure: Option<Structure>,
-    /// Whether something is wrong that no candidate explains.
+    /// Whether the ride has a misfit that no candidate explains.
     pub unexplained: bool,
-    /// What refuses candidates beside the nominal model.
+    /// Reasons that refused candidates on the nominal model.
     pub refused_at_first: Refusals,
 }
 
@@ -235,7 +234,7 @@ impl<M> Naming<M> {
         self.causes.iter().filter(|c| c.verdict.is_cause())
     }
 
-    /// Whether anything is named.
+    /// Whether there is a cause in the extended model.
     pub fn any_named(&self) -> bool {
         self.named().next().is_some()
     }

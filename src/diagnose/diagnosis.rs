@@ -14,7 +14,7 @@ use crate::store::tables::rows::{
 /// Everything that one session gives to tables, files and terminal.
 #[derive(Debug, Clone, Default)]
 pub struct Diagnosis {
-    /// Who and when.
+    /// Session, bike and start.
     pub ident: Ident,
     /// Where, by whom and on what tyres it was ridden.
     pub circumstances: Circumstances,

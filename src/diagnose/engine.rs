@@ -1,10 +1,9 @@
-//! The diagnosis engine: what road and off-road implement, and the naming of causes that both share
+//! The diagnosis engine: the trait that road and off-road implement, and the identification of causes that both share
 //! (`book/src/diagnosis.md`, section 2.5).
 //!
-//! An alarm is a score beyond what fault-free simulations show. Of the candidates that share in it and whose
-//! size is within its bounds the one whose joint fit with the model gains most is named; those that gain
-//! nearly as much are its equivalents. The named one joins the model, and every other candidate is judged
-//! anew on that.
+//! An alarm is a score beyond those of fault-free simulations. The candidates that alarm are fitted jointly with the
+//! model. Of those with a size within bounds the one that gains most is identified as the cause; those that gain nearly
+//! as much are its equivalents. The cause joins the model, and every other candidate is scored again on that model.
 
 use std::collections::BTreeMap;
 
@@ -13,23 +12,23 @@ use super::cause::{Cause, Estimate, Judged, Naming, Refusal, Refusals, Structure
 use crate::contract::verdict::Verdict;
 use crate::store::tables::rows::DiscrepancyRow;
 
-/// What decides whether a candidate is named, where the kinds of riding differ. Scores are in units of
-/// what 19 of 20 fault-free simulations stay below.
+/// Thresholds of identification that differ between road and off-road. Scores are in units of the value that 19 of 20
+/// fault-free simulations stay below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NamingRules {
-    /// Score from which there is an alarm, and that a named candidate and its equivalents must have.
+    /// Smallest score of an alarm, and of a cause and its equivalents.
     pub alarm: f64,
     /// Share of the best gain from which a candidate is an equivalent.
     pub equivalent: f64,
-    /// Share of its gain that a rival keeps beside the named one if it is a cause of its own; `None` leaves
-    /// every rival an equivalent.
+    /// Share of its gain that a rival keeps beside the identified cause if it is a cause of its own; `None` leaves every
+    /// rival an equivalent.
     pub independent: Option<f64>,
 }
 
 /// A candidate in a joint fit with the model.
 #[derive(Debug, Clone)]
 pub(crate) struct Refit<M> {
-    /// As it was judged before.
+    /// Its score and gain before the joint fit.
     pub judged: Judged,
     /// Its size in the joint fit.
     pub estimate: Option<Estimate>,
@@ -39,49 +38,49 @@ pub(crate) struct Refit<M> {
     pub model: M,
 }
 
-/// What joint fits make of the candidates that share in an alarm.
+/// Results of the joint fits with the candidates that alarm.
 #[derive(Debug, Clone)]
 pub(crate) struct Joint<M> {
-    /// Those that may be causes, the largest gain first.
+    /// Candidates that may be causes, the largest gain first.
     pub refits: Vec<Refit<M>>,
-    /// Those that are refused by their fits, or were not fitted.
+    /// Candidates that their fits refuse, or that were not fitted, with the reason.
     pub refused: Refusals,
 }
 
-/// What is left of the named causes once each was put to the test, and all other candidates.
+/// Causes after the tests that each must survive, and all other candidates.
 #[derive(Debug, Clone)]
 pub(crate) struct Confirmed<M> {
-    /// In the order of their naming, with their final sizes.
+    /// Causes in the order of their identification, with their final sizes.
     pub named: Vec<Cause>,
-    /// Those with an objection.
+    /// Causes that a test withdrew, with the objection.
     pub rejected: Vec<Cause>,
-    /// All others, in any order.
+    /// All other candidates, in any order.
     pub rest: Vec<Cause>,
-    /// The model with what is named.
+    /// The model with the causes.
     pub extended: M,
-    /// The largest residual structure, where it is looked for.
+    /// The largest residual structure; `None` off the road, where none is sought.
     pub structure: Option<Structure>,
-    /// Whether something is wrong that no candidate explains.
+    /// Whether the ride has a misfit that no candidate explains.
     pub unexplained: bool,
 }
 
-/// The row of `causes` of what no candidate explains.
+/// The row of `causes` for a misfit that no candidate explains.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Unexplained {
-    /// How many times what null simulations show.
+    /// Size of the misfit over that of fault-free simulations.
     pub score: f64,
-    /// What the score is of.
+    /// Residual or signal with the misfit.
     pub parameter: &'static str,
-    /// Why it is said.
+    /// Reason, a sentence for the table and the page.
     pub reason: String,
-    /// Whether the row stands before those of the named causes.
+    /// Whether the row comes before those of the causes.
     pub first: bool,
 }
 
 /// Block residuals of one channel in one kind of manoeuvre: block and residual, in time order.
 pub(crate) type CellResiduals = BTreeMap<Cell, Vec<(usize, f64)>>;
 
-/// Residuals put into their cells, in the order in which they come.
+/// Residuals grouped by cell, each in the order given.
 pub(crate) fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResiduals {
     let mut out = CellResiduals::new();
     for (cell, block, r) in residuals {
@@ -90,23 +89,23 @@ pub(crate) fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> C
     out
 }
 
-/// A kind of riding that can be diagnosed, for one ride: its residuals, its candidates, its null
-/// simulations and what is particular about judging them.
+/// One ride of one kind of riding: its residuals, candidates and fault-free simulations, and the rules that only this
+/// kind has.
 pub(crate) trait Engine {
-    /// A fitted model, the base or one with causes.
+    /// A fitted model: the nominal one, or one with causes.
     type Model;
-    /// A model with what every open candidate shows on it.
+    /// A model with the score of every open candidate on it.
     type Stage;
-    /// What scores are measured by.
+    /// Spread and threshold by which sizes become scores.
     type Scale;
 
-    /// What decides whether a candidate is named.
+    /// Thresholds of identification.
     fn rules(&self) -> NamingRules;
 
-    /// The base model and what candidates show on it.
-    fn first(&self) -> Self::Stage;
+    /// The nominal model with the scores on it.
+    fn nominal_stage(&self) -> Self::Stage;
 
-    /// Every open candidate at a stage.
+    /// Size, score and gain of every open candidate at a stage.
     fn judge(&self, stage: &Self::Stage) -> Vec<Judged>;
 
     /// Joint fits with the candidates that alarm: those that have a size within their bounds, and what refuses the
@@ -114,7 +113,7 @@ pub(crate) trait Engine {
     fn refits(&self, stage: &Self::Stage, judged: &[Judged], named: &[Cause])
     -> Joint<Self::Model>;
 
-    /// Why a refitted candidate is not named: too little gain, or what else is asked of a cause; `None` of one that may be.
+    /// Reason why a refitted candidate is not a cause, such as too little gain; `None` if it may be one.
     fn refuses(
         &self,
         stage: &Self::Stage,
@@ -122,10 +121,10 @@ pub(crate) trait Engine {
         named: &[Cause],
     ) -> Option<Refusal>;
 
-    /// The next stage: the last of `named` is in its model.
-    fn join(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
+    /// The next stage, whose model includes the last of `named`.
+    fn add_cause(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
 
-    /// Puts the named causes to the test. `judged` are the open candidates of the last stage.
+    /// Tests the causes once more (steps 7 to 9 of section 2.5). `judged` are the open candidates of the last stage.
     fn confirm(
         &self,
         stage: Self::Stage,
@@ -136,64 +135,64 @@ pub(crate) trait Engine {
     /// Name and unit of every channel of residuals.
     fn channels(&self) -> Vec<(&'static str, &'static str)>;
 
-    /// Residuals under the base model.
+    /// Residuals of the nominal model.
     fn base_residuals(&self) -> CellResiduals;
 
-    /// Residuals under the model with what is named.
+    /// Residuals of the extended model.
     fn extended_residuals(&self, naming: &Naming<Self::Model>) -> CellResiduals;
 
-    /// Share of a channel's noise on its null simulations that it shows in every kind of manoeuvre, at
-    /// least one: a channel that is noisier than that everywhere is noisy, not wrong.
-    fn noisier(&self, before: &Rms) -> Vec<f64>;
+    /// Noise of each channel over the largest of its fault-free simulations: the median over the kinds of manoeuvre, at
+    /// least 1. A channel that is noisier everywhere is noisy, not wrong.
+    fn noise_factors(&self, before: &Rms) -> Vec<f64>;
 
-    /// Fewest blocks of a channel and kind in which structure is looked for.
+    /// Fewest blocks of a channel and kind of manoeuvre in which structure is sought.
     fn fewest_blocks(&self) -> usize;
 
-    /// Variables of the ride that a misfit may follow, block by block; and whether they are held against
-    /// what the named causes leave, not against the whole misfit.
+    /// Variables of the ride that a misfit may follow, block by block; and whether they are correlated with the residuals
+    /// of the extended model (`true`) or of the nominal one.
     fn covariates(&self) -> (Vec<(&'static str, Vec<f64>)>, bool);
 
-    /// What null simulations show.
+    /// Calibration by fault-free simulations.
     fn calibration(&self) -> &Calibration<Self::Scale>;
 
-    /// Fall of twice the loss on manoeuvres left out: of the named causes, and of every candidate together.
+    /// Fall of twice the loss on manoeuvres left out: with the causes, and with every candidate free.
     fn held_out_gains(&self, naming: &Naming<Self::Model>) -> [f64; 2];
 
-    /// What no candidate explains.
+    /// The misfit that no candidate explains, if there is one.
     fn unexplained(
         &self,
         naming: &Naming<Self::Model>,
         discrepancies: &[DiscrepancyRow],
     ) -> Option<Unexplained>;
 
-    /// What is added to the sentence of a named cause, or of one that is not identifiable.
+    /// Remark after the sentence of a cause, or of a candidate that is not identifiable; often empty.
     fn remark(&self, cause: &Cause) -> String {
         let _ = cause;
         String::new()
     }
 }
 
-/// Names the causes of a ride.
-pub(crate) fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
+/// Identifies the causes of a ride.
+pub(crate) fn identify_causes<E: Engine>(engine: &E) -> Naming<E::Model> {
     let rules = engine.rules();
-    let mut stage = engine.first();
+    let mut stage = engine.nominal_stage();
     let mut judged = engine.judge(&stage);
     let alarm = largest(judged.iter());
     let mut named: Vec<Cause> = Vec::new();
-    let mut instead: Vec<Cause> = Vec::new();
+    let mut replacements: Vec<Cause> = Vec::new();
     let (mut refused_at_first, mut refused) = (None, Refusals::new());
-    while largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves) {
-        let found;
-        (found, refused) = best(engine, &stage, &judged, &named);
+    while largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.makes_plausible) {
+        let selected;
+        (selected, refused) = select(engine, &stage, &judged, &named);
         refused_at_first.get_or_insert_with(|| refused.clone());
-        let Some((cause, rivals, refit)) = found else { break };
-        instead.extend(rivals.iter().map(|rival| rival.2.clone()));
+        let Some((cause, rivals, refit)) = selected else { break };
+        replacements.extend(rivals.iter().map(|rival| rival.2.clone()));
         named.push(cause);
-        stage = engine.join(stage, refit, &named);
+        stage = engine.add_cause(stage, refit, &named);
         judged = engine.judge(&stage);
         refused.clear();
         if let (Some(share), Some(last)) = (rules.independent, named.last_mut()) {
-            // a rival that still gains much beside the named one is a cause of its own
+            // a rival that still gains much beside the cause is a cause of its own
             let gain_of = |name: &str| judged.iter().find(|j| j.candidate.name == name);
             last.retain_equivalents(|name| {
                 let before = rivals.iter().find(|r| r.0 == name).map_or(0.0, |r| r.1);
@@ -204,23 +203,23 @@ pub(crate) fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     let confirmed = engine.confirm(stage, judged, named);
     let Confirmed { mut named, rejected, rest, extended, structure, unexplained } = confirmed;
     let refused_at_first = refused_at_first.unwrap_or_default();
-    // where nothing that was named is left, the others are judged on the base again
+    // if every cause was withdrawn, the others are judged on the nominal model again
     let at_stage = match named.is_empty() && !rejected.is_empty() {
         true => &refused_at_first,
         false => &refused,
     };
     let mut rest: Vec<Cause> =
         rest.into_iter().map(|cause| cause.refused(at_stage, rules.alarm)).collect();
-    let alternatives = alternatives(&named, &mut rest, instead);
+    let alternatives = alternatives(&named, &mut rest, replacements);
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(alternatives);
     named.extend(rejected.into_iter().chain(rest));
     Naming { causes: named, extended, alarm, structure, unexplained, refused_at_first }
 }
 
-/// The equivalents of what is named, with the size that each would have in its place; they are taken out of `rest`, where
-/// they are judged beside it and seem not to be needed.
-fn alternatives(named: &[Cause], rest: &mut Vec<Cause>, instead: Vec<Cause>) -> Vec<Cause> {
+/// The equivalents of the causes, each with the size that it would have in the cause's place. They leave `rest`, where
+/// they are judged beside the cause and seem not to be needed.
+fn alternatives(named: &[Cause], rest: &mut Vec<Cause>, replacements: Vec<Cause>) -> Vec<Cause> {
     let is_open = |cause: &Cause| {
         let name = cause.candidate.name;
         named.iter().any(|c| c.verdict.is_cause() && c.equivalent.contains(&name))
@@ -228,26 +227,26 @@ fn alternatives(named: &[Cause], rest: &mut Vec<Cause>, instead: Vec<Cause>) -> 
     let open: Vec<Cause> = rest.extract_if(.., |cause| is_open(cause)).collect();
     let of = |cause: Cause| {
         let same = |c: &&Cause| c.candidate.name == cause.candidate.name;
-        // the last one: what was named before is in the model with both
-        let found = instead.iter().rfind(same).cloned();
-        found.unwrap_or(Cause { verdict: Verdict::Alternative, ..cause })
+        // the last one was fitted with all earlier causes in the model
+        let replacement = replacements.iter().rfind(same).cloned();
+        replacement.unwrap_or(Cause { verdict: Verdict::Alternative, ..cause })
     };
     open.into_iter().map(of).collect()
 }
 
-/// Candidates that gain nearly as much as the named one, with their gains, and as what they would be in its place.
+/// Candidates that gain nearly as much as the cause: name, gain, and the cause that each would be instead.
 type Rivals = Vec<(&'static str, f64, Cause)>;
 
-/// A cause, its rivals and the model with it.
-type Found<M> = (Cause, Rivals, Refit<M>);
+/// A cause, its rivals and the joint fit with it.
+type Selected<M> = (Cause, Rivals, Refit<M>);
 
-/// The candidate that the model gains most by, as a cause, and the model with it; and what refuses the others.
-fn best<E: Engine>(
+/// The candidate with the largest gain, as a cause, and the reasons that refuse the others.
+fn select<E: Engine>(
     engine: &E,
     stage: &E::Stage,
     judged: &[Judged],
     named: &[Cause],
-) -> (Option<Found<E::Model>>, Refusals) {
+) -> (Option<Selected<E::Model>>, Refusals) {
     let Joint { mut refits, mut refused } = engine.refits(stage, judged, named);
     let at = refits.iter().position(|r| match engine.refuses(stage, r, named) {
         Some(why) => {
@@ -262,13 +261,16 @@ fn best<E: Engine>(
     refused.extend(refits[at..].iter().map(|r| (r.judged.candidate.name, behind)));
     let least = engine.rules().equivalent * best.gain;
     let near = |r: &&Refit<E::Model>| r.gain > least;
-    let instead = |r: &Refit<E::Model>| Cause {
+    let as_cause = |r: &Refit<E::Model>| Cause {
         estimate: r.estimate,
         gain: r.gain,
         ..r.judged.cause(Verdict::Alternative)
     };
-    let rivals: Rivals =
-        refits.iter().filter(near).map(|r| (r.judged.candidate.name, r.gain, instead(r))).collect();
+    let rivals: Rivals = refits
+        .iter()
+        .filter(near)
+        .map(|r| (r.judged.candidate.name, r.gain, as_cause(r)))
+        .collect();
     let cause = Cause {
         estimate: best.estimate,
         gain: best.gain,
@@ -278,7 +280,7 @@ fn best<E: Engine>(
     (Some((cause, rivals, best)), refused)
 }
 
-/// The largest score; zero of none.
+/// The largest score; 0 if there is none.
 fn largest<'a>(judged: impl Iterator<Item = &'a Judged>) -> f64 {
     judged.map(|j| j.score).fold(0.0, f64::max)
 }
@@ -318,7 +320,7 @@ mod tests {
         }
     }
 
-    /// Beside the wind that was named the grade seems not to be needed; it is the other of the two.
+    /// Beside an identified wind the grade seems not to be needed, yet it is the alternative.
     #[test]
     fn an_equivalent_has_the_size_that_it_would_have_alone() {
         let named = [cause("wind", Verdict::Ambiguous, 3.0, &["road_grade"])];

@@ -3,7 +3,7 @@
 //! Every session has its own estimate of every effect that it sees. Per effect the sessions are
 //! grouped - all together, by bike, by site, by night, each for itself - and the grouping is taken
 //! whose means explain the estimates best for their number (Schwarz 1978, BIC). A group's mean is
-//! told when it is beyond chance and predicts each of its sessions from the others.
+//! reported when it is beyond chance and predicts each of its sessions from the others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,10 +16,10 @@ use crate::store::tables::rows::{CauseRow, Ident};
 
 /// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
 const BEYOND: f64 = 4.2;
-/// Share of a session's error that all of them may have in common - what null simulations do not know of the
+/// Share of a session's error that all of them may have in common - what fault-free simulations do not know of the
 /// method's own bias - and that no number of sessions averages out.
 const COMMON: f64 = 0.35;
-/// What the sizes of an archive's sessions may be off by together, as a share: in five simulated archives
+/// Common error of the sizes of an archive's sessions, as a share: in five simulated archives
 /// of six to twelve rides the mean of their late velocities was 4 to 13 % too large.
 const TOGETHER: f64 = 0.08;
 /// Least gain on sessions left out, in twice the loss.
@@ -38,7 +38,7 @@ const LISTED: usize = 5;
 /// A diagnosed session.
 #[derive(Debug, Clone)]
 pub struct Member {
-    /// Who and when.
+    /// Session, bike and start.
     pub ident: Ident,
     /// Where it was ridden.
     pub site: Option<String>,
@@ -110,7 +110,7 @@ impl Evidence {
     }
 }
 
-/// What all sessions say of an effect.
+/// Estimates of an effect in all sessions.
 #[derive(Debug, Default)]
 struct Says {
     seen: Vec<Evidence>,
@@ -118,7 +118,7 @@ struct Says {
     left_out: Vec<(Arc<Member>, &'static str)>,
 }
 
-/// What sessions say of every effect.
+/// Estimates of every effect in the sessions.
 #[derive(Debug, Default)]
 pub struct Pooling {
     says: BTreeMap<&'static str, Says>,
@@ -146,7 +146,7 @@ impl Pooling {
 
     /// Rows of `causes` for what sessions share, of every effect by name.
     ///
-    /// A row is named if a session named the effect, with this sign, or two have it with this sign beyond
+    /// A row is identified if a session identified the effect, with this sign, or two have it with this sign beyond
     /// their errors: a mean that is beyond chance only as a mean is rather what the method is off by in all
     /// of them. It is kept as not needed.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
@@ -154,7 +154,7 @@ impl Pooling {
         self.causes().into_iter().map(|cause| cause.row).collect()
     }
 
-    /// What sessions share, of every effect by name.
+    /// Shared causes of every effect, by name.
     pub fn causes(&self) -> Vec<SharedCause> {
         let of = |effect: &'static Effect| Some((effect, self.says.get(effect.name)?));
         ALL.iter()
@@ -165,12 +165,12 @@ impl Pooling {
     }
 }
 
-/// What a group of sessions shares.
+/// A cause that a group of sessions shares.
 #[derive(Debug, Clone)]
 pub struct SharedCause {
     /// Its row of `causes`.
     pub row: CauseRow,
-    /// What its sessions have in common.
+    /// Level of the group: fleet, motorcycle, site or night.
     level: Level,
     /// Sessions that its size comes from.
     sessions: usize,
@@ -331,8 +331,8 @@ fn shared(effect: &Effect, group: &Group<'_>) -> Option<CauseRow> {
     })
 }
 
-/// What a row says of the sessions it comes from: how many of how many, how many of them `named` the
-/// effect and how many have it beyond their error (`seen`), which are in doubt and which left out.
+/// Reason of a row: how many sessions it comes from, how many of them identified the effect (`named`) or have it beyond
+/// their error (`seen`), which are in doubt and which are left out.
 fn reason(sentence: &str, group: &Group<'_>, [named, seen]: [usize; 2]) -> String {
     let n = group.seen.len();
     let all = n + group.left_out.len();

@@ -1,15 +1,15 @@
 //! What the model of a ride gets wrong, and why.
 //!
 //! ```text
-//! road, offroad        residuals, candidates, null simulations: an Engine each
+//! road, offroad        residuals, candidates, fault-free simulations: an Engine each
 //!      engine          names causes: alarm, joint fits, equivalents, further causes
 //!      tables          rows of causes and discrepancies
 //!      summary         the verdict in words
 //! levels               what several sessions share
 //! ```
 //!
-//! The method is that of `book/src/diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is held against null
-//! simulations ([`calibration`]): the ride again on the model as it is, in which nothing is left out. The
+//! The method is that of `book/src/diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is compared with
+//! fault-free simulations ([`calibration`]): the ride again on the fitted model, which describes it completely. The
 //! constants that decide are in [`tuning`].
 
 pub(crate) mod calibration;

@@ -10,13 +10,13 @@ use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationErro
 
 /// Most misfits that are listed.
 const MISFITS: usize = 5;
-/// Most channels whose simulation is told to get better.
+/// Most channels that are listed as better simulated.
 const GAINS: usize = 3;
 /// Digits of a number that is not known more precisely.
 const DIGITS: i32 = 4;
 
 /// The verdict on a session, several lines of which the last is not ended. `alarm` is the largest score of
-/// a candidate before anything was named and what a name takes.
+/// a candidate on the nominal model, and the score that a cause needs.
 pub fn session(
     ident: &Ident,
     causes: &[CauseRow],
@@ -47,7 +47,7 @@ pub fn session(
     lines.join("\n  ")
 }
 
-/// What is said where nothing is named: the largest score, and why what scores beyond a cause's is none.
+/// Text without causes: the largest score, and the rule that refused candidates with a high score.
 fn unnamed(
     causes: &[CauseRow],
     named: &[&CauseRow],
@@ -88,7 +88,7 @@ fn cause(row: &CauseRow, needed: f64) -> String {
     text
 }
 
-/// The structured misfits, those farthest beyond null simulations first.
+/// The structured misfits, those farthest beyond fault-free simulations first.
 fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
     let mut structured: Vec<_> = discrepancies.iter().filter(|r| r.structured).collect();
     let ratio = |r: &DiscrepancyRow| r.rmse_base / r.null_largest;
@@ -129,7 +129,7 @@ fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
     })
 }
 
-/// What the named causes change in the simulation of manoeuvres left out of the fit.
+/// Changes of the simulation of manoeuvres left out of the fit by the causes.
 fn simulated(errors: &[SimulationError]) -> Vec<String> {
     let clause = |row: &SimulationError| {
         let (unit, factor) = shown(&row.unit);
@@ -163,7 +163,7 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
     lines
 }
 
-/// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
+/// Sentence for a pooled row of `causes`; `None` if it has no size.
 pub(crate) fn pooled(row: &CauseRow) -> Option<String> {
     let (value, interval) = sized(row)?;
     Some(format!(

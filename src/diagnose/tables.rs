@@ -7,7 +7,7 @@ use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::report::readable;
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
-/// How many times the largest of its null simulations, and of what its channel has elsewhere, the residual
+/// How many times the largest of its fault-free simulations, and of what its channel has elsewhere, the residual
 /// of a structured misfit is.
 const STRUCTURED: f64 = 1.25;
 
@@ -160,7 +160,7 @@ pub(crate) fn discrepancies<E: Engine>(
     let extended = engine.extended_residuals(naming);
     let before = rms_of(&base);
     let after = naming.any_named().then(|| rms_of(&extended));
-    let noisier = engine.noisier(&before);
+    let noisier = engine.noise_factors(&before);
     let (covariates, of_rest) = engine.covariates();
     let followed = if of_rest { &extended } else { &base };
     before
@@ -170,7 +170,7 @@ pub(crate) fn discrepancies<E: Engine>(
             let own = &base[cell];
             let [floor, largest] =
                 engine.calibration().floor.get(cell).copied().unwrap_or([0.0; 2]);
-            // nothing is known of what no null simulation could ride
+            // nothing is known of what no fault-free simulation could ride
             let structured = largest > 0.0
                 && n >= engine.fewest_blocks()
                 && size > STRUCTURED * noisier[channel] * largest;

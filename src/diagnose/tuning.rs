@@ -1,4 +1,4 @@
-//! The tuned constants of the naming, with their reasons.
+//! The tuned constants of the diagnosis, with their reasons.
 //!
 //! `cargo run --release --example constants` varies each by a third on simulated rides and prints how many
 //! verdicts change; its table is in `book/src/reference/constants.md`. The prototype of the reasons is that

@@ -1,16 +1,17 @@
 //! What sensors of a wheel measure that the balance of forces and the motion of the frame do not know, or know worse:
 //!
-//! - how both tyres share a braking, by longitudinal forces or brake torques: such brakings are used then;
+//! - how both tyres share a braking, by longitudinal forces or brake torques: such braking manoeuvres are used then;
 //! - a tyre's slip angle, which needs neither lateral velocity nor handlebar then;
 //! - a tyre's own overturning moment, and so the crown of each.
 //!
-//! Their sums (loads, longitudinal and side force of both tyres) stay those of the balance: masses are known to half a per
-//! cent and a force over a load has none of them, while each sensor has a scale of its own ([`FORCE_SCALE`]). Measured in a
-//! study: with forces and loads of sensors of 1 % the interval of `ct` was 3.0 % instead of 1.7 %, that of `mf_d` 3.9 %
-//! instead of 3.2 % (`examples/wheel_sensors`). The page shows both beside each other.
+//! Their sums (loads, longitudinal and side force of both tyres) stay those of the balance: masses are known to half a
+//! per cent and a force over a load has none of them, while each sensor has a scale of its own ([`FORCE_SCALE`]).
+//! Measured in a study: with forces and loads of sensors of 1 % the interval of `ct` was 3.0 % instead of 1.7 %, that
+//! of `mf_d` 3.9 % instead of 3.2 % (`examples/wheel_sensors`). The page shows both beside each other.
 //!
-//! Channels are of `session.v1`: forces of the road on the tyre at its contact, along and across the wheel's trace. A scale is
-//! an upstream error of every coefficient that depends on it; the zero of a slip angle is that of straight running.
+//! Channels are of `session.v1`: forces of the road on the tyre at its contact, along and across the wheel's trace. A
+//! scale is an upstream error of every coefficient that depends on it; the zero of a slip angle is that of straight
+//! running.
 
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
@@ -20,25 +21,26 @@ use super::samples::{
     BRAKE_TORQUE, FORCE_X, FORCE_Y, LOAD, MOMENT_X, SLIP_ANGLE, Samples, between,
 };
 
-/// Scale of a measuring wheel's force or moment, or of a brake's torque, standard deviation: makers state 1 % with crosstalk.
+/// Scale of a measuring wheel's force or moment, or of a brake's torque, standard deviation: makers state 1 % with
+/// crosstalk.
 const FORCE_SCALE: f64 = 0.01;
 /// Zero of a slip angle's sensor that straight running does not show, standard deviation, rad: 0.1 degrees of mounting.
 pub(crate) const SLIP_ANGLE_ZERO: f64 = 0.002;
 
-/// What a wheel's sensor measures.
+/// Quantity of a wheel's sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Slip angle.
+    /// Slip angle, rad.
     SlipAngle,
-    /// Longitudinal force.
+    /// Longitudinal force, N.
     ForceX,
-    /// Side force.
+    /// Side force, N.
     ForceY,
-    /// Load.
+    /// Vertical load, N.
     Load,
-    /// Overturning moment.
+    /// Overturning moment, N m.
     MomentX,
-    /// Brake torque.
+    /// Brake torque, N m.
     BrakeTorque,
 }
 
@@ -94,7 +96,7 @@ impl SensorErrors {
         out
     }
 
-    /// What sensor `k` (0 front, 1 rear) of a quantity shows at a sample; `None` where there is none or it is missing.
+    /// Reading of sensor `k` (0 front, 1 rear) of a quantity at a sample; `None` without sensor or value.
     pub(crate) fn read(&self, quantity: Quantity, x: &Samples, k: usize, i: usize) -> Option<f64> {
         let shown = quantity.column(x, k).get(i).copied().filter(|v| v.is_finite())?;
         Some(shown * (1.0 - self.0[quantity as usize][k]))
@@ -110,8 +112,9 @@ pub(crate) fn sensors(session: &Session) -> Vec<(Quantity, Axle)> {
     Quantity::ALL.into_iter().flat_map(of).collect()
 }
 
-/// Lateral velocity of the mass centre (m/s) by a measured slip angle of the rear tyre, where the log has none:
-/// `v_y = u tan(alpha_r) + l_r psi' - h cos(phi) phi'`, (29) turned round. As late as the log's velocities are, by `latency` s.
+/// Lateral velocity of the centre of mass (m/s) by a measured slip angle of the rear tyre, where the log has none:
+/// `v_y = u tan(alpha_r) + l_r psi' - h cos(phi) phi'`, (29) turned round. As late as the log's velocities are, by
+/// `latency` s.
 pub(crate) fn lateral_velocity(session: &Session, bike: &Bike, latency: f64) -> Option<Vec<f64>> {
     use Channel as C;
     if session.has(C::VelocityY) {
@@ -123,7 +126,7 @@ pub(crate) fn lateral_velocity(session: &Session, bike: &Bike, latency: f64) -> 
     let late = latency * session.rate;
     let of = |i: usize| {
         let (sin_phi, cos_phi) = roll[i].sin_cos();
-        // the contact line lies outside the mass centre's track and is faster
+        // the contact line lies outside the track of the centre of mass and is faster
         let u = between(v, i as f64 + late) - turn[i] * bike.cg_height * sin_phi;
         u * alpha[i].tan() + bike.cg_to_rear() * turn[i] - bike.cg_height * cos_phi * rolling[i]
     };

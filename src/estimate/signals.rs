@@ -70,9 +70,9 @@ pub struct Inputs {
 /// Estimated signals, one value per sample; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
-    /// Forward speed of the mass centre, m/s.
+    /// Forward speed of the centre of mass, m/s.
     pub speed: Vec<f64>,
-    /// Slip ratios.
+    /// Slip ratio by wheel and sample, positive under drive.
     pub slip_ratio: [Vec<f64>; 2],
     /// Slip angles, lagged in the corrected form, rad.
     pub slip_angle: [Vec<f64>; 2],
@@ -86,7 +86,7 @@ pub struct Signals {
     pub force_y: [Vec<f64>; 2],
     /// Total overturning moment, N m.
     pub overturning: Vec<f64>,
-    /// What multiplies the front tyre's `k_x` in the overturning moment, N.
+    /// Factor of the front tyre's `k_x` in the overturning moment, N.
     pub overturning_lever: Vec<f64>,
     /// Overturning moments that measuring wheels show, N m; NaN without.
     pub moment_x: [Vec<f64>; 2],
@@ -148,7 +148,7 @@ impl Inputs {
         }
     }
 
-    /// What a wheel's own sensor shows at a sample, its zero taken off, in the corrected form.
+    /// Reading of a wheel's own sensor at a sample, less its zero, in the corrected form.
     fn measured(&self, quantity: Quantity, x: &Samples, k: usize, i: usize) -> Option<f64> {
         let shown = self.sensors.read(quantity, x, k, i).filter(|_| self.is_corrected())?;
         let zero = if quantity == Quantity::SlipAngle { self.zeros.slip_angle[k] } else { 0.0 };
@@ -191,12 +191,12 @@ impl Inputs {
         if rate.is_finite() { rate } else { x.velocity_x_rate[i] / self.radius[k] }
     }
 
-    /// Forward speed of the mass centre for a sample.
+    /// Forward speed of the centre of mass for a sample.
     fn speed(&self, x: &Samples, i: usize) -> f64 {
         let late = self.zeros.latency * x.velocity_x_rate[i];
         let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
         let roll = self.roll(x, i);
-        // a point above the leaned mass centre runs inside of it
+        // a point above the leaned centre of mass runs inside of it
         let beside = turn * self.bike.velocity_sensor_z * roll.sin();
         x.velocity_x[i] + late - if beside.is_finite() { beside } else { 0.0 }
     }
@@ -212,10 +212,10 @@ impl Inputs {
         self.roll_scale * (x.roll[i] - self.zeros.roll)
     }
 
-    /// How far the mass centre has moved forward over the wheels, m: a diving front turns the
+    /// How far the centre of mass has moved forward over the wheels, m: a diving front turns the
     /// frame about the axles, which stay above their contacts. Eq. 25 leaves it out: 3 to 5 % of
     /// the front load in hard braking. What the fork takes off the wheelbase and the dive off the
-    /// height of the mass centre about cancel.
+    /// height of the centre of mass about cancel.
     fn dive(&self, x: &Samples, i: usize) -> f64 {
         let pitch = x.pitch[i] - self.zeros.pitch;
         if !self.is_corrected() || !pitch.is_finite() {
@@ -232,7 +232,7 @@ impl Inputs {
         }
     }
 
-    /// What turns the frame ever faster into a dive, N m: the wheels' loads lag the deceleration by it.
+    /// Moment of the frame's pitch acceleration, N m: by it the wheels' loads lag the deceleration.
     fn pitch_moment(&self, x: &Samples, i: usize) -> f64 {
         let rate = x.pitch_acceleration[i];
         if !self.is_corrected() || !rate.is_finite() {
@@ -285,7 +285,7 @@ impl Inputs {
     }
 
     /// Wheel loads with their transfer, eq. 25.
-    /// `lift` is the mass centre's upward acceleration over gravity, `ahead` how far it has moved
+    /// `lift` is the upward acceleration of the centre of mass over gravity, `ahead` how far it has moved
     /// forward, m.
     fn loads(&self, total_x: f64, spin_rate: f64, cos_phi: f64, lift: f64, ahead: f64) -> [f64; 2] {
         let b = &self.bike;
@@ -355,11 +355,11 @@ impl Inputs {
         out
     }
 
-    /// Slip forces of both tyres while both brake, N: sensors of the wheels tell their shares, the balance their sum `slip`,
-    /// which it knows better than sensors of 1 % do. NaN where neither wheel's sensor shows anything.
+    /// Slip forces of both tyres while both brake, N: sensors of the wheels tell their shares, the balance their sum
+    /// `slip`, which it knows better than sensors of 1 % do. NaN where neither wheel's sensor shows anything.
     ///
-    /// A measuring wheel has rolling resistance besides, which is no slip's. A brake's torque acts about the axle, whose height
-    /// is the contact force's arm.
+    /// A measuring wheel has rolling resistance besides, which is no slip's. A brake's torque acts about the axle,
+    /// whose height is the contact force's arm.
     fn shared(&self, x: &Samples, i: usize, slip: f64, free: [f64; 2], load: [f64; 2]) -> [f64; 2] {
         let by = |k: usize| {
             let force = self.sensors.read(Quantity::ForceX, x, k, i);
@@ -410,7 +410,7 @@ impl Inputs {
         match self.formulation {
             Formulation::Paper => ([wf / v - delta, wr / v], front), // (29)
             Formulation::Corrected => {
-                // the contact line lies outside the mass centre's track and is faster
+                // the contact line lies outside the track of the centre of mass and is faster
                 let u = v - turn * b.cg_height * sin_phi;
                 let leaning = z.slip_of_lean * sin_phi * u;
                 let wf = wf - z.front.constant - z.front.angle * v - leaning;
@@ -520,7 +520,7 @@ impl Inputs {
         });
         let a = self.acceleration(x, i);
         let total_x = b.mass * a + self.drag * speed * speed;
-        // leaning in the mass centre sinks, leaning out it rises: the printed form is static
+        // leaning in the centre of mass sinks, leaning out it rises: the printed form is static
         let lift = -b.cg_height
             * (sin_roll * x.roll_acceleration[i] + cos_roll * x.roll_rate[i].powi(2))
             / GRAVITY;
@@ -633,7 +633,7 @@ impl Inputs {
         }
     }
 
-    /// What multiplies `k_x` in the overturning moment (35), N.
+    /// Factor of `k_x` in the overturning moment (35), N.
     fn overturning_lever(&self, s: &CornerState) -> f64 {
         let b = &self.bike;
         match self.formulation {
@@ -641,7 +641,7 @@ impl Inputs {
             Formulation::Corrected => {
                 let ratio = b.rear.width / b.front.width;
                 let tilted = -(GRAVITY * (1.0 + s.lift) * s.sin_roll + s.lateral * s.cos_roll);
-                // on its crowns the mass centre is farther from the ground along the leaned plane
+                // on its crowns the centre of mass is farther from the ground along the leaned plane
                 let farther = b.mass * (1.0 / s.cos_roll - 1.0) * tilted;
                 let crowns = (s.load[0] + ratio * s.load[1]) / (s.load[0] + s.load[1]);
                 -(s.load[0] * s.front.camber_tan + ratio * s.load[1] * s.sin_roll / s.cos_roll)
@@ -652,7 +652,7 @@ impl Inputs {
     }
 }
 
-/// What of a bike file is looked up or computed once for all samples.
+/// Numbers of a bike file that are computed once for all samples.
 struct Fixed {
     /// Sine and cosine of the caster angle.
     caster: (f64, f64),
@@ -683,7 +683,7 @@ pub struct HeldLag {
 
 /// How the motorcycle moves in a corner sample, and what it weighs on its tyres.
 struct CornerState {
-    /// Forward speed of the mass centre, m/s.
+    /// Forward speed of the centre of mass, m/s.
     speed: f64,
     /// rad.
     roll: f64,
@@ -698,11 +698,11 @@ struct CornerState {
     front: FrontWheel,
     /// Longitudinal force of both tyres, N.
     total_x: f64,
-    /// Upward acceleration of the mass centre over gravity.
+    /// Upward acceleration of the centre of mass over gravity.
     lift: f64,
     /// N.
     load: [f64; 2],
-    /// Lateral acceleration of the mass centre, m/s².
+    /// Lateral acceleration of the centre of mass, m/s².
     lateral: f64,
 }
 
@@ -768,7 +768,7 @@ mod tests {
         assert!((printed[0] - 0.5 * weight).abs() < 1e-9);
     }
 
-    /// What sensors of some channels show, of the inputs and the loads.
+    /// Readings of some channels' sensors for given inputs and loads.
     type Shown<'a> = &'a dyn Fn(&Inputs, [f64; 2]) -> Vec<(Channel, f64)>;
 
     /// Slip forces of a braking with both brakes at 10 m/s², with sensors of some channels that show these values.
@@ -830,7 +830,7 @@ mod tests {
     #[test]
     fn rolling_wheels_carry_ahead_of_their_axles() {
         let [front, rear] = loads(Formulation::Corrected, 0.0, 0.02);
-        // 0.02 times 0.3 m ahead: the front stands as much too far ahead of the mass centre
+        // 0.02 times 0.3 m ahead: the front stands as much too far ahead of the centre of mass
         let weight = 200.0 * GRAVITY;
         assert!((front - weight * (0.7 - 0.006) / 1.4).abs() < 1e-9, "{front}");
         assert!((front + rear - weight).abs() < 1e-9);

@@ -262,7 +262,8 @@ fn roll_zero(
     Some((theta[0], covariance[0].sqrt()))
 }
 
-/// Zero of a measured slip angle and its standard error, rad: straight running, where it goes with the little lean there is.
+/// Zero of a measured slip angle and its standard error, rad: straight running, where it goes with the little lean
+/// there is.
 fn slip_angle_zero(
     angle: &[f64],
     lean: Option<Vec<f64>>,
@@ -295,7 +296,7 @@ struct Straight {
 }
 
 impl Straight {
-    /// Lateral velocity of the contact line below the mass centre, m/s.
+    /// Lateral velocity of the contact line below the centre of mass, m/s.
     fn below_mass_centre(&self, bike: &Bike, i: usize) -> f64 {
         let height = bike.cg_height + bike.velocity_sensor_z;
         self.vy[i] + height * self.lean[i].cos() * self.roll_rate[i]
@@ -425,9 +426,8 @@ fn longitudinal(
 /// Standard error, m/s, of the integral of `differences` (m/s², mean zero; of the samples `straight`
 /// at `rate` Hz).
 ///
-/// What remains of an acceleration less the velocity's derivative is the velocity's error at both
-/// ends of each stretch. How large that is the blocks of the stretches show, whose integrals have two
-/// such errors each.
+/// The integral of the acceleration less the velocity's derivative is the velocity's error at both ends of each stretch.
+/// The size of that error follows from the blocks of the stretches, whose integrals have two such errors each.
 fn of_ends(straight: &[usize], differences: &[f64], rate: f64) -> f64 {
     let longest = (BLOCK * rate) as usize;
     let (mut blocks, mut stretches): (Vec<f64>, usize) = (Vec::new(), 0);

@@ -8,7 +8,7 @@
 //! - The *low cut*, off unless the pipeline file asks for it, subtracts the slow mean of a
 //!   channel whose mean is only sensor bias. Gain zero at 0 Hz, one above twice the cut.
 //! - Each contiguous run of samples is filtered by itself; a gap neither leaks nor is bridged.
-//! - Runs shorter than [`SHORTEST`] cannot be told from noise: they become missing, with a warning.
+//! - Runs shorter than [`SHORTEST`] cannot be separated from noise: they become missing, with a warning.
 //!
 //! Left as they are, unless the pipeline names them: `throttle` (steps, and bounded by 0 and 1:
 //! a filtered step would leave them), `latitude`, `longitude`, `altitude` (filtered by the

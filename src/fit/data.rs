@@ -53,7 +53,8 @@ impl Data {
         let of = |kinds: &[ManoeuvreKind], rate: f64| {
             gather(session, segments, kinds, rate, latency, config)
         };
-        // brakings with both are used where sensors tell the shares; those with one brake need none and come first
+        // braking manoeuvres with both are used where sensors tell the shares; those with one brake need none and come
+        // first
         let braking = |alone: ManoeuvreKind| {
             let n = segments.iter().filter(|s| s.used && s.kind == alone).count();
             let both = (n < ENOUGH_ALONE).then_some(ManoeuvreKind::CombinedBraking);

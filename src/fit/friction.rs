@@ -543,7 +543,7 @@ mod tests {
         }
     }
 
-    /// Rides on a known curve: brakings at a few speeds that just pass the peak.
+    /// Rides on a known curve: braking manoeuvres at a few speeds that just pass the peak.
     fn ride(truth: &MagicFormula, seed: u64) -> Rows {
         let mut random = Random::new(seed, "friction");
         let mut rows = Rows::with_error(0.02);

@@ -60,12 +60,13 @@ pub struct Variation {
     pub sensors: SensorErrors,
 }
 
-/// Front slip angle beyond the rear one per sine of the lean, standard deviation, rad, an estimate: the slips of a leaning motorcycle
-/// differ by what the tyres' camber forces lack or have too much, 1 to 2 degrees at 45 degrees of lean.
+/// Front slip angle beyond the rear one per sine of the lean, standard deviation, rad, an estimate: the slips of a
+/// leaning motorcycle differ by what the tyres' camber forces lack or have too much, 1 to 2 degrees at 45 degrees of
+/// lean.
 const SLIP_DIFFERENCE: f64 = 0.03;
 
 /// The rear crown over the front's is the ratio of the widths within this share: an estimate, tyres
-/// of one set are not equally round; that of an independent plant is 7 % off.
+/// of one set are not equally round; that of the independent simulator is 7 % off.
 const CROWN_SPREAD: f64 = 0.1;
 
 /// Lean that an attitude filter measures in a bend, beyond its zero: relative error, standard deviation. A

@@ -176,7 +176,7 @@ impl Case<'_> {
             );
             return Some(self.poor(ReasonCode::NoisySlip, words));
         }
-        // one deep slip may be noise: as many brakings as a coefficient needs must have reached it
+        // one deep slip may be noise: as many braking manoeuvres as a coefficient needs must have reached it
         let needed = self.config.min_manoeuvres.max(1);
         let deepest = fit.deepest.get(needed - 1).map_or(0.0, |s| -s);
         let deepest = deepest.min(-fit.slip_range[0]).max(0.0);

@@ -29,11 +29,11 @@ pub struct Series {
 /// All statistics of one bike.
 #[derive(Debug, Clone)]
 pub struct BikeAnalysis {
-    /// The bike.
+    /// Id of the bike.
     pub bike: String,
     /// Its sessions and values.
     pub history: History,
-    /// What happened to it, the strongest first.
+    /// Events, the strongest first.
     pub events: Vec<Event>,
     /// Per coefficient, in the order of `history.keys`.
     pub series: Vec<Series>,

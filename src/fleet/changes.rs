@@ -62,7 +62,7 @@ pub(crate) fn find(history: &History, limits: &Limits) -> Vec<Event> {
     events
 }
 
-/// What is looked for in a bike's history, and how sure it must be.
+/// Events to look for in a bike's history, and their thresholds.
 struct Search<'a> {
     history: &'a History,
     times: Vec<f64>,

@@ -39,7 +39,7 @@ const FEW: f64 = 0.02;
 /// The same of a rolling radius: pressure, temperature and wear of one tyre leave it within this, an estimate.
 const FEW_RADIUS: f64 = 0.003;
 
-/// What is combined: a coefficient of one tyre on one motorcycle.
+/// A coefficient of one tyre on one motorcycle: its rides are combined.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
     /// `front`, `rear` or `vehicle`.
@@ -53,7 +53,7 @@ pub struct Key {
 /// A ride's pieces with the key that each belongs to.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Ride<'a> {
-    /// The session.
+    /// Id of the session.
     pub session: &'a str,
     /// Its pieces, those of one key one after the other.
     pub pieces: Vec<(Key, &'a Piece)>,
@@ -62,13 +62,13 @@ pub(crate) struct Ride<'a> {
 /// One coefficient of one tyre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// Whose.
+    /// Motorcycle, tyre and coefficient.
     pub key: Key,
-    /// Value.
+    /// Weighted mean of the rides, in the coefficient's unit.
     pub value: f64,
     /// Standard error.
     pub std_error: f64,
-    /// 95 % interval.
+    /// Ends of the 95 % interval.
     pub interval: [f64; 2],
     /// Rides that took part.
     pub rides: usize,
@@ -80,14 +80,14 @@ pub struct Estimate {
     pub median: f64,
     /// The shared error that makes most of the variance, and its share.
     pub most: Option<(String, f64)>,
-    /// What one standard deviation of each shared error that is left makes of the value, with its sign.
+    /// Shift of the value by one standard deviation of each remaining shared error, with its sign.
     pub parts: Vec<(String, f64)>,
 }
 
 /// A shared error after all rides, in its own standard deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shared {
-    /// What it is.
+    /// Name of the error.
     pub source: String,
     /// The number that was taken and its standard error, where it is one.
     pub taken: Option<[f64; 2]>,
@@ -324,7 +324,7 @@ impl Problem {
         Some(Found { x: whole.solve(&g), covariance: whole.inverse(), alone })
     }
 
-    /// What a ride's value is beyond the estimate and the shared errors, and its own variance.
+    /// A ride's value less the estimate and the shared errors, and its own variance.
     pub(super) fn residual(&self, found: &Found, k: usize, (r, row): (usize, usize)) -> (f64, f64) {
         let ride = &self.rides[r];
         let slopes = &ride.slopes[row];

@@ -9,7 +9,7 @@
 //! over motorcycles does not follow what happens to a few of them. A season is as fine as the fleet has values for;
 //! each term counts by the share of its variance that is not noise.
 //!
-//! What is common to a whole fleet and no season (worse sensors everywhere on one day) is taken out alike and told nowhere.
+//! What is common to a whole fleet and no season (worse sensors everywhere on one day) is removed in the same way and reported nowhere.
 //! Coefficients of both signs have no scale to share and no common term.
 
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ impl Term {
     }
 }
 
-/// What a fleet has in common.
+/// Common changes of a fleet: seasons and sites.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Common(BTreeMap<Key, Term>);
 

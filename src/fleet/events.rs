@@ -2,7 +2,7 @@
 //!
 //! A tyre differs from a bike file by its physics, found by refitting simulated sessions with wrong files:
 //! the effective rolling radius is measured (wheel speed against speed) and no key of the file
-//! moves it, while a wrong mass centre or wheelbase moves stiffness, friction or moments of *both*
+//! moves it, while a wrong centre of mass or wheelbase moves stiffness, friction or moments of *both*
 //! axles, and a wrong mass the drag. A tyre moves its own axle, mostly with the radius; over hundreds of sessions
 //! it shows a little in what is estimated together with it, too: the drag, the other axle.
 
@@ -30,7 +30,7 @@ pub struct Moved {
 /// Something that happened to a bike.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// What happened.
+    /// Kind of the event.
     pub kind: EventKind,
     /// The part whose coefficients moved.
     pub affected: Affected,

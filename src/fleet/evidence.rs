@@ -3,23 +3,23 @@
 /// One error of one coefficient of one session.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Piece {
-    /// The session.
+    /// Id of the session.
     pub session: String,
     /// `front`, `rear` or `vehicle`.
     pub tyre: String,
     /// Tyre model on that wheel, where it is known.
     pub tyre_model: Option<String>,
-    /// The coefficient.
+    /// Name of the coefficient in the tables.
     pub coefficient: String,
-    /// Its unit.
+    /// Unit of the coefficient.
     pub unit: String,
     /// The session's own value.
     pub value: f64,
-    /// What the error comes from.
+    /// Source of the error.
     pub source: String,
     /// Whether all rides of the motorcycle have it in common.
     pub shared: bool,
-    /// What one standard error of it does to the value.
+    /// Shift of the value by one standard error of it.
     pub shift: f64,
     /// The number that was taken for the source and its standard error.
     pub taken: Option<[f64; 2]>,

@@ -3,13 +3,13 @@
 /// One row of the coefficient table that has a value.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Observation {
-    /// The bike.
+    /// Id of the bike.
     pub bike: String,
     /// `front`, `rear` or `vehicle`.
     pub tyre: String,
     /// Name of the coefficient.
     pub coefficient: String,
-    /// The session.
+    /// Id of the session.
     pub session: String,
     /// Start, days since 1970.
     pub day: Option<f64>,

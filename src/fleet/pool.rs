@@ -17,7 +17,7 @@ use super::levels;
 /// A session's value with its siblings' help.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pooled {
-    /// Value.
+    /// Session's value, shrunk towards the motorcycle's other sessions.
     pub value: f64,
     /// Its standard error.
     pub error: f64,

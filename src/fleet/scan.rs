@@ -9,7 +9,7 @@ const ALL_LENGTHS: usize = 64;
 /// At least so many values must be left outside a stretch.
 const OUTSIDE: usize = 3;
 
-/// What may have happened to a series.
+/// Possible event of a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Another level in the sessions `[from, to)`; a step where `to` is the end.
@@ -73,7 +73,7 @@ pub(crate) fn refined(shape: Shape, n: usize, gain: impl Fn(Shape) -> f64) -> Sh
 /// Squared differences count up to so many times their variance.
 const CLIP: f64 = 6.25;
 
-/// What a clipped squared standard normal is on average: `E min(z^2, CLIP)`.
+/// Mean of a clipped squared standard normal variable: `E min(z^2, CLIP)`.
 const CLIPPED: f64 = 0.977_56;
 
 /// Spread between sessions that a few steps, a drift or some outliers hardly widen: from

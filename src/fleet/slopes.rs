@@ -6,7 +6,7 @@ use crate::statistics::order::median;
 /// Slopes vary by more than this share of their middle where it is variety and not noise.
 const VARIETY: f64 = 1.0;
 
-/// What shared errors do to a ride, coefficient by coefficient: place of the error and shift.
+/// Shifts of a ride's coefficients by shared errors: index of the error and shift, by coefficient.
 pub(super) type Slopes = Vec<Vec<(usize, f64)>>;
 
 /// Gives every ride of a coefficient the same shared errors: one that a few do not state has its middle there, one that most

@@ -65,7 +65,7 @@ fn rounded(n: usize, p: usize) -> (usize, usize) {
     (if n > 16 { n / 4 * 4 } else { n }, p.max(1).next_power_of_two())
 }
 
-/// What a standard normal exceeds, on either side, with that probability.
+/// Limit that a standard normal variable exceeds, on either side, with that probability.
 pub(crate) fn normal_limit(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(1.0 - probability / 2.0)
 }

@@ -30,14 +30,14 @@ const ASSUMED: f64 = 3.0;
 /// Fewest tyres that tell it.
 const TYRES: usize = 4;
 
-/// What the rides of a motorcycle say of one coefficient of one of its tyres.
+/// One coefficient of one tyre on one motorcycle, over all its rides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnBike {
-    /// The estimate.
+    /// Value over all rides, with interval.
     pub estimate: Estimate,
     /// Tyre model, where the logs name it.
     pub model: Option<String>,
-    /// Unit.
+    /// Unit of the coefficient.
     pub unit: String,
     /// First and last session on that tyre.
     pub sessions: [String; 2],
@@ -46,7 +46,7 @@ pub struct OnBike {
 /// A motorcycle's tyres and what its rides say of its own numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BikeTyres {
-    /// The bike.
+    /// Id of the bike.
     pub bike: String,
     /// Coefficients of its tyres, and its own.
     pub tyres: Vec<OnBike>,
@@ -63,17 +63,17 @@ pub struct BikeTyres {
 pub struct Model {
     /// `front` or `rear`.
     pub tyre: String,
-    /// The model.
+    /// Tyre model, as the logs give it.
     pub model: String,
-    /// Coefficient.
+    /// Name of the coefficient in the tables.
     pub coefficient: String,
-    /// Unit.
+    /// Unit of the coefficient.
     pub unit: String,
-    /// Value.
+    /// Mean over the tyres of that model, in `unit`.
     pub value: f64,
     /// Standard error.
     pub std_error: f64,
-    /// 95 % interval.
+    /// Ends of the 95 % interval.
     pub interval: [f64; 2],
     /// Tyres that took part, and their rides.
     pub tyres: usize,
@@ -192,7 +192,7 @@ fn common(source: &str) -> bool {
     assumed.contains(&source) || source.starts_with("front.") || source.starts_with("rear.")
 }
 
-/// What errors that all tyres share add to the variance of their weighted mean, beyond what they are in each.
+/// Variance that shared errors of all tyres add to their weighted mean, beyond their part in each tyre.
 fn in_common(tyres: &[&OnBike], weights: &[f64], one_sign: bool) -> f64 {
     let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (tyre, weight) in tyres.iter().zip(weights) {

@@ -1,8 +1,8 @@
 //! The balance of forces on a motorcycle, and what is usual of every one.
 //!
-//! Checks, segments, estimates, fits, diagnosis and exports of rides on the road use these formulas. The reduced simulator
-//! solves the same balance for loads that depend on the tyres' forces (its tests compare), and the multibody simulator does
-//! without them: it is the independent judge. Off the road, loads come from inverse dynamics.
+//! Checks, segments, estimates, fits, diagnosis and exports of rides on the road use these formulas. The reduced
+//! simulator solves the same balance for loads that depend on the tyres' forces (its tests compare), and the multibody
+//! simulator does without them: it is the independent judge. Off the road, loads come from inverse dynamics.
 //!
 //! The in-gear fit takes the loads of the acceleration alone, without drag (its own header says so). What the contacts do
 //! is in [`kinematics`](crate::tyre::kinematics).
@@ -31,7 +31,7 @@ pub(crate) struct Lengths {
 }
 
 impl Lengths {
-    /// From the mass centre to the front contact, and between the contacts.
+    /// From the centre of mass to the front contact, and between the contacts.
     #[inline]
     pub(crate) fn new(cg_to_front: f64, wheelbase: f64) -> Self {
         Lengths { cg_to_front, per_wheelbase: 1.0 / wheelbase }
@@ -43,8 +43,8 @@ impl Lengths {
         Self::new(bike.cg_to_front, bike.wheelbase)
     }
 
-    /// Loads (N) under a weight (N), eq. 25a: `ahead` is how far the mass centre has moved forward over the points where
-    /// the loads act (m), `pitching` the moment that moves load to the rear wheel (N m).
+    /// Loads (N) under a weight (N), eq. 25a: `ahead` is how far the centre of mass has moved forward over the points
+    /// where the loads act (m), `pitching` the moment that moves load to the rear wheel (N m).
     #[inline(always)]
     pub(crate) fn loads(self, weight: f64, ahead: f64, pitching: f64) -> [f64; 2] {
         let rear = (weight * (self.cg_to_front - ahead) + pitching) * self.per_wheelbase;
@@ -52,15 +52,16 @@ impl Lengths {
     }
 }
 
-/// Moment (N m) that moves load to the rear wheel, eq. 25b: of the forces along the road (N) below the mass centre's height
-/// (m), and of what turns ever faster: wheels and frame (N m). The lean's cosine tells how much of both is upright.
+/// Moment (N m) that moves load to the rear wheel, eq. 25b: of the forces along the road (N) below the height of the
+/// centre of mass (m), and of what turns ever faster: wheels and frame (N m). The lean's cosine tells how much of both
+/// is upright.
 #[inline(always)]
 pub(crate) fn pitching(along: f64, height: f64, turning: f64, cos_lean: f64) -> f64 {
     (along * height + turning) * cos_lean
 }
 
-/// Front load as a share of the weight without forces along the road, and what it loses per force forward (as a share of the
-/// weight).
+/// Front load as a share of the weight without forces along the road, and what it loses per force forward (as a share
+/// of the weight).
 pub(crate) fn front_load_line(bike: &Bike) -> (f64, f64) {
     let lengths = Lengths::of(bike);
     let [at_rest, _] = lengths.loads(1.0, 0.0, 0.0);
@@ -86,7 +87,7 @@ mod tests {
 
     #[test]
     fn loads_as_by_hand() {
-        // 2000 N, mass centre 0.7 m behind the front contact and 0.6 m high, 1.4 m wheelbase
+        // 2000 N, centre of mass 0.7 m behind the front contact and 0.6 m high, 1.4 m wheelbase
         let lengths = Lengths::new(0.7, 1.4);
         let near =
             |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9;

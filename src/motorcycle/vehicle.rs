@@ -6,7 +6,7 @@ use crate::motorcycle::balance::USUAL_BRAKE_GAIN;
 use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
 use crate::tyre::tyre_model::USUAL_SHARE;
 
-/// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
+/// Roll inertia of a motorcycle with rider about its centre of mass, per mass, m².
 const ROLL_GYRATION: f64 = 0.085;
 
 /// A motorcycle with its rider, and what both tyres have in common. SI; pairs are front and rear.
@@ -17,19 +17,19 @@ const ROLL_GYRATION: f64 = 0.085;
 pub struct Vehicle {
     /// Mass with rider, kg.
     pub mass: f64,
-    /// Mass centre behind the front contact, m.
+    /// Centre of mass behind the front contact, m.
     pub cg_to_front: f64,
     /// Distance between the contacts, m.
     pub wheelbase: f64,
-    /// Mass centre height, m.
+    /// Height of the centre of mass, m.
     pub cg_height: f64,
     /// Caster angle, rad.
     pub caster_angle: f64,
-    /// Roll inertia about the mass centre, kg m².
+    /// Roll inertia about the centre of mass, kg m².
     pub roll_inertia: f64,
-    /// Yaw inertia about the mass centre, kg m².
+    /// Yaw inertia about the centre of mass, kg m².
     pub yaw_inertia: f64,
-    /// Pitch inertia about the mass centre over the mass, m².
+    /// Pitch inertia about the centre of mass over the mass, m².
     pub pitch_gyration: f64,
     /// Spin inertias of the wheels, kg m².
     pub wheel_inertia: [f64; 2],
@@ -42,7 +42,7 @@ pub struct Vehicle {
     /// Compression of the springs under the load at rest, m: as much again for every further load, so that in a corner
     /// the frame comes down between the wheels.
     pub sag: [f64; 2],
-    /// How fast the contacts fall behind the mass centre per rate of dive, m.
+    /// How fast the contacts fall behind the centre of mass per rate of dive, m.
     pub dive_arm: [f64; 2],
     /// Share of a tyre's deflection by which it rolls shorter.
     pub deflection_share: f64,
@@ -83,12 +83,12 @@ impl Vehicle {
         [self.wheelbase - self.cg_to_front, self.cg_to_front].map(|l| per_length * l)
     }
 
-    /// Value below the mass centre of something that is known at the axles.
+    /// Value below the centre of mass of something that is known at the axles.
     pub(crate) fn at_mass_centre(&self, [front, rear]: [f64; 2]) -> f64 {
         front + (rear - front) * self.cg_to_front / self.wheelbase
     }
 
-    /// Pitch inertia about the mass centre, kg m².
+    /// Pitch inertia about the centre of mass, kg m².
     pub(crate) fn pitch_inertia(&self) -> f64 {
         self.pitch_gyration * self.mass
     }
@@ -108,7 +108,7 @@ mod tests {
         assert_eq!(vehicle.brake_gain, [3e-4, USUAL_BRAKE_GAIN[1]]);
         assert_eq!(vehicle.wheel_inertia, [0.45, 0.60]);
         assert_eq!(vehicle.pitch_inertia(), PITCH_GYRATION[0] * 200.0);
-        // the mass centre is nearer to the front wheel: 8/14 of the weight are on it
+        // the centre of mass is nearer to the front wheel: 8/14 of the weight are on it
         let [front, rear] = vehicle.static_loads();
         assert!((front / (200.0 * GRAVITY) - 8.0 / 14.0).abs() < 1e-12);
         assert!((front + rear - 200.0 * GRAVITY).abs() < 1e-9);

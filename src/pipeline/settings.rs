@@ -76,7 +76,7 @@ impl Pipeline {
     /// such file.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let builtin = BUILTIN.iter().find(|(name, _)| path == Path::new(name));
         if let Some((name, _)) = builtin
@@ -97,7 +97,7 @@ impl Pipeline {
     /// Checks a pipeline file's text; `name` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
         let file = FileName::new("pipeline", name);
         FileKind::Pipeline.expect(text).map_err(|e| file.wrong(e))?;

@@ -6,6 +6,7 @@ use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::contract::warning::OUTLYING_MANOEUVRE;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
+use crate::report::next_ride::{self, Want};
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status, WarningRow};
 
@@ -83,24 +84,75 @@ fn asked(rows: &[Coefficient], part: Part) -> Vec<(&Coefficient, &'static str)> 
     all.filter_map(|(coefficient, words)| Some((own(coefficient)?, words))).collect()
 }
 
-/// What to ride for what a session lacks, in sentences.
+/// What is wanted and the riding that gives it, with the words of what lacks it and the tyres.
+type Wanted<'a, T> = BTreeMap<(Want, &'a str), (Vec<&'a str>, BTreeSet<T>)>;
+
+/// What to ride for what a session lacks, and for what it knows badly, in sentences.
 pub(crate) fn advice(rows: &[Coefficient]) -> Vec<String> {
-    let mut missing: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let mut wanted: Wanted<'_, &str> = Wanted::new();
     for (row, words) in [Part::Front, Part::Rear].into_iter().flat_map(|part| asked(rows, part)) {
-        // a bound is no value: what would give one is worth a ride
-        if let Some(advice) = &row.advice
-            && row.status != Status::Ok
-        {
-            missing.entry(advice).or_default().insert(words);
+        if let Some(want) = next_ride::of(row) {
+            let (what, tyres) = wanted.entry(want).or_default();
+            tyres.insert(&row.tyre);
+            if !what.contains(&words) {
+                what.push(words);
+            }
         }
     }
-    let mut missing: Vec<(&str, BTreeSet<&str>)> = missing.into_iter().collect();
-    missing.sort_by_key(|(_, words)| std::cmp::Reverse(words.len()));
-    let sentence = |(ride, words): (&str, BTreeSet<&str>)| {
-        let words: Vec<&str> = words.into_iter().collect();
-        format!("For {}: {ride}.", words.join(" and "))
+    // what is narrower comes with the value
+    let given: Vec<&str> =
+        wanted.keys().filter(|(want, _)| *want == Want::Value).map(|(_, riding)| *riding).collect();
+    wanted.retain(|(want, riding), _| *want != Want::NarrowerInterval || !given.contains(riding));
+    let mut wanted: Vec<_> = wanted.into_iter().collect();
+    wanted.sort_by_key(|((want, _), (what, _))| (*want, std::cmp::Reverse(what.len())));
+    let mut out = Vec::new();
+    for ((want, riding), (what, tyres)) in wanted.into_iter().take(ADVICE) {
+        let what = match tyres.first() {
+            Some(tyre) if tyres.len() == 1 => format!("{} of the {tyre} tyre", listed(&what)),
+            _ => listed(&what),
+        };
+        out.push(format!("{}.", next_ride::sentence(want, &what, riding)));
+    }
+    out
+}
+
+/// Words as a list: "a, b and c".
+fn listed(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [all @ .., last] => format!("{} and {last}", all.join(", ")),
+    }
+}
+
+/// The coefficients of a session that are not from its ride, by the names of the tables; none where all are.
+pub(crate) fn assumed(rows: &[Coefficient]) -> Option<String> {
+    let is_assumed = |row: &&Coefficient| row.status == Status::Assumed;
+    let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut order: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(is_assumed) {
+        let of = parts.entry(&row.coefficient).or_default();
+        of.push(&row.tyre);
+        if of.len() == 1 {
+            order.push(&row.coefficient);
+        }
+    }
+    let mut by: BTreeMap<(usize, &[&str]), Vec<&str>> = BTreeMap::new();
+    for name in order {
+        let of = parts[name].as_slice();
+        by.entry((of.len(), of)).or_default().push(name);
+    }
+    let whose = |of: &[&str]| match of {
+        ["front", "rear"] => "both tyres".to_owned(),
+        of => of.join(", "),
     };
-    missing.into_iter().take(ADVICE).map(sentence).collect()
+    // those of both tyres first
+    let groups: Vec<String> = by
+        .iter()
+        .rev()
+        .map(|((_, of), names)| format!("{} ({})", names.join(", "), whose(of)))
+        .collect();
+    (!groups.is_empty()).then(|| format!("Assumed, not from this ride: {}.", groups.join("; ")))
 }
 
 /// Which of the numbers that people ask of a tyre a session determines, and for which it has a lower bound alone.
@@ -155,7 +207,8 @@ pub(crate) fn determined(rows: &[Coefficient]) -> String {
 /// How many tyres of all sessions have each of the numbers, in a sentence, and what would tell more.
 pub(crate) fn of_batch(sessions: &[SessionRow], rows: &[Coefficient]) -> Vec<String> {
     let mut known = Vec::new();
-    let mut missing: BTreeMap<&str, (usize, BTreeSet<&str>)> = BTreeMap::new();
+    let mut wanted: Wanted<'_, (&str, &str, &str)> = Wanted::new();
+    let mut tyres: BTreeSet<(&str, &str, &str)> = BTreeSet::new();
     for (coefficient, words) in ASKED {
         let own = |r: &&Coefficient| {
             r.coefficient == coefficient.name()
@@ -163,11 +216,15 @@ pub(crate) fn of_batch(sessions: &[SessionRow], rows: &[Coefficient]) -> Vec<Str
         };
         let all: Vec<&Coefficient> = rows.iter().filter(own).collect();
         let ok = all.iter().filter(|r| r.status == Status::Ok).count();
-        for row in all.iter().filter(|r| r.status != Status::Ok) {
-            if let Some(advice) = &row.advice {
-                let (n, of) = missing.entry(advice).or_default();
-                *n += 1;
-                of.insert(words);
+        for row in &all {
+            let tyre = (&*row.ident.bike_id, &*row.ident.session_id, &*row.tyre);
+            tyres.insert(tyre);
+            if let Some(want) = next_ride::of(row) {
+                let (what, of) = wanted.entry(want).or_default();
+                of.insert(tyre);
+                if !what.contains(&words) {
+                    what.push(words);
+                }
             }
         }
         if !all.is_empty() {
@@ -179,9 +236,12 @@ pub(crate) fn of_batch(sessions: &[SessionRow], rows: &[Coefficient]) -> Vec<Str
         let sessions = number_format::count(sessions.len(), "session");
         out.push(format!("Tyres of {sessions} with {}.", known.join(", ")));
     }
-    if let Some((ride, (n, words))) = missing.into_iter().max_by_key(|(_, (n, _))| *n) {
-        let words: Vec<&str> = words.into_iter().collect();
-        out.push(format!("Missing most often: {} ({n}): {ride}.", words.join(" and ")));
+    // what most lack; where nothing is missing, what most know badly
+    let most =
+        wanted.into_iter().min_by_key(|((want, _), (_, of))| (*want, std::cmp::Reverse(of.len())));
+    if let Some(((want, riding), (what, of))) = most {
+        let what = format!("{} (of {} of {} tyres)", listed(&what), of.len(), tyres.len());
+        out.push(format!("{}.", next_ride::sentence(want, &what, riding)));
     }
     out
 }
@@ -260,7 +320,7 @@ mod tests {
             [
                 "Front tyre: peak friction 1.052 (1.020 to 1.083).",
                 "Rear tyre: peak friction at least 0.80.",
-                "For camber stiffness and cornering stiffness and peak friction: ride corners.",
+                "Next ride, for cornering stiffness, peak friction and camber stiffness: ride corners.",
             ]
         );
         assert_eq!(
@@ -271,6 +331,27 @@ mod tests {
         assert!(determined(&rows[2..]).starts_with("Nothing"));
         let batch = of_batch(&[], &rows);
         assert!(batch[0].contains("peak friction 1 of 2, cornering stiffness 0 of 1"), "{batch:?}");
+        assert_eq!(
+            batch[1],
+            "Next ride, for peak friction, cornering stiffness and camber stiffness (of 2 of 2 tyres): ride corners."
+        );
+    }
+
+    /// What is assumed of both tyres is said once.
+    #[test]
+    fn what_is_assumed_is_said_by_name() {
+        let assumed_of = |tyre, c| row(tyre, c, Status::Assumed, [Some(0.2), None, None]);
+        let rows = [
+            assumed_of("front", C::MfE2),
+            assumed_of("front", C::RelaxationLength),
+            row("front", C::MfD, Status::Ok, [Some(1.0); 3]),
+            assumed_of("rear", C::RelaxationLength),
+        ];
+        assert_eq!(
+            assumed(&rows).as_deref(),
+            Some("Assumed, not from this ride: relaxation_length (both tyres); mf_e2 (front).")
+        );
+        assert_eq!(assumed(&rows[2..3]), None);
     }
 
     /// A bound says that a peak was not reached: neither the sentence nor the advice takes it for a value.
@@ -286,7 +367,10 @@ mod tests {
             determined(&[bound("front"), bound("rear")]),
             format!("{nothing} A lower bound alone: peak friction of both tyres.")
         );
-        assert_eq!(advice(&[bound("rear")]), ["For peak friction: ride corners."]);
+        assert_eq!(
+            advice(&[bound("rear")]),
+            ["Next ride, for peak friction of the rear tyre: ride corners."]
+        );
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub fn update(out: &Path) -> Result<(), Error> {
 /// As [`write()`].
 pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
     tables::check(out)?;
-    let _lock = Lock::take(out); // before the tables are read: whoever comes last has seen the last
+    let _lock = Lock::take(out); // before the tables are read: the last to come sees the last tables
     let tables = RunTables::read(out)?;
     let bench = bench_values::read(out)?;
     let folder = out.join("report");

@@ -14,7 +14,21 @@ pub(crate) fn order(tyre: &str, coefficient: &str) -> (usize, String, usize, Str
 
 /// A coefficient in words, or its name where there are none.
 pub(crate) fn coefficient(name: &str) -> &str {
-    Coefficient::from_name(name).map_or(name, |c| c.spec().words)
+    match Coefficient::from_name(name) {
+        // the answer to the first question has the word of the question
+        Some(Coefficient::MfD) => "peak friction (Magic Formula D)",
+        Some(c) => c.spec().words,
+        None => name,
+    }
+}
+
+/// Why a coefficient is not determined, for who has its interval beside it.
+pub(crate) fn why(row: &Row) -> Option<String> {
+    let is_wide = row.reason_code.as_deref() == Some(Code::WideInterval.name());
+    match row.advice.as_deref().filter(|_| is_wide) {
+        Some(advice) => Some(format!("wide interval: {advice}")),
+        None => row.why(),
+    }
 }
 
 /// The riding that determines a coefficient, if the contract knows it.
@@ -90,6 +104,17 @@ pub(crate) fn assumed(row: &Row) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contract::reason::Reason;
+
+    /// The ends stand beside it, with the digits that they have.
+    #[test]
+    fn the_reason_of_a_wide_interval_does_not_repeat_its_ends() {
+        let mut row = Row::default();
+        row.explain(Some(Reason::wide_interval(-423.3801, 468.6021).with_advice("brake")));
+        assert_eq!(why(&row).as_deref(), Some("wide interval: brake"));
+        row.explain(Some(Reason::new(Code::Short, "too short")));
+        assert_eq!(why(&row).as_deref(), Some("too short"));
+    }
 
     #[test]
     fn what_is_assumed_says_from_what() {

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::fleet::page::Page as Fleet;
+use crate::report::next_ride;
 use crate::report::run::page::Page as Run;
 use crate::report::session::page::Page;
 
@@ -74,7 +75,7 @@ fn session(out: &mut String, page: &Page) {
         }
     }
     if !page.missing.is_empty() {
-        let _ = writeln!(out, "\n### What could not be estimated, and the riding for it\n");
+        let _ = writeln!(out, "\n### {}: what this one could not determine\n", next_ride::TITLE);
         for group in &page.missing {
             let items: Vec<String> = group.items.iter().map(|i| text(&i.0)).collect();
             let _ = writeln!(out, "- {}: {}", text(&group.ride), items.join("; "));

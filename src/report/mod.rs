@@ -43,6 +43,7 @@ pub(crate) mod list;
 pub(crate) mod list_of_sessions;
 mod lock;
 pub(crate) mod markdown;
+pub(crate) mod next_ride;
 pub(crate) mod open;
 pub(crate) mod page_names;
 pub(crate) mod page_shell;

@@ -107,7 +107,7 @@ pub(super) fn source_if_current(page: &Path, fingerprint: &str) -> Option<Source
     [Source::Page, Source::Folder].into_iter().find(|s| rest.starts_with(s.name().as_bytes()))
 }
 
-/// Names of the pages that there are, whoever wrote them.
+/// Names of all pages in the folder, whichever run wrote them.
 pub(super) fn written(folder: &Path) -> BTreeSet<String> {
     let Ok(entries) = std::fs::read_dir(folder) else { return BTreeSet::new() };
     entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect()

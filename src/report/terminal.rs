@@ -19,16 +19,16 @@ const WIDE: usize = 99;
 
 /// The main coefficients, one column each in the batch's summary.
 const MAIN: [(C, &str); 5] = [
-    (C::EffectiveRollingRadius, "R_rol, m"),
-    (C::MfD, "mu_x peak"),
-    (C::CorneringStiffness0, "k_alpha"),
-    (C::CamberStiffness0, "k_gamma"),
-    (C::OverturningStiffness, "k_x, m"),
+    (C::EffectiveRollingRadius, "rolling r, m"),
+    (C::MfD, "friction"),
+    (C::CorneringStiffness0, "cornering"),
+    (C::CamberStiffness0, "camber"),
+    (C::OverturningStiffness, "crown r, m"),
 ];
 
 /// Those of off-road sessions.
 const OFFROAD: [(C, &str); 2] =
-    [(C::EngagedFrictionBraking, "B/N"), (C::EngagedFrictionDriving, "D/N")];
+    [(C::EngagedFrictionBraking, "braking B/N"), (C::EngagedFrictionDriving, "driving D/N")];
 
 /// One session: who, what it gives in sentences, its warnings, and every coefficient with its interval, by tyre; under those
 /// that are not determined, why. Lines of at most `width` characters, 80 or more.
@@ -48,6 +48,7 @@ pub fn summary(
     let counted = number_format::count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
     let verdict = format!("{verdict}; {used} of {all} manoeuvres used; {counted}.");
     sentences(&mut out, &[verdict], width);
+    sentences(&mut out, &answer::assumed(coefficients).into_iter().collect::<Vec<_>>(), width);
     sentences(&mut out, &answer::of_warnings(warnings), width);
     let mut rows: Vec<&Coefficient> = coefficients.iter().collect();
     rows.sort_by_key(|c| labels::order(&c.tyre, &c.coefficient));
@@ -90,11 +91,11 @@ pub fn summary(
         line(&mut out, &row);
         // once under those that share it
         let shared = rows.get(i + 1).is_some_and(|next| {
-            (&next.tyre, next.status, next.why()) == (&c.tyre, c.status, c.why())
+            (&next.tyre, next.status, labels::why(next)) == (&c.tyre, c.status, labels::why(c))
         });
         if c.status != Status::Ok
             && !shared
-            && let Some(reason) = read.why()
+            && let Some(reason) = labels::why(&read)
         {
             for text in wrap(&clean(&reason), width - 6) {
                 line(&mut out, &format!("      {text}"));

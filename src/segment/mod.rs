@@ -43,7 +43,7 @@ pub fn run(session: &Session, bike: &Bike, config: &Config) -> Vec<Segment> {
     segments
 }
 
-/// Leaves out brakings with both brakes, whose shares sensors tell, where both tyres have enough with one brake alone.
+/// Leaves out braking with both brakes, whose shares need sensors, where both tyres have enough with one brake alone.
 fn leave_out_combined(segments: &mut [Segment]) {
     let alone = |kind| segments.iter().filter(|s| s.used && s.kind == kind).count();
     let needed = [ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking]
@@ -52,7 +52,7 @@ fn leave_out_combined(segments: &mut [Segment]) {
     let combined = |s: &&mut Segment| s.used && s.kind == ManoeuvreKind::CombinedBraking;
     for segment in segments.iter_mut().filter(combined).filter(|_| !needed) {
         segment.used = false;
-        let words = "both brakes: brakings with one alone show the same better";
+        let words = "both brakes: stops with one brake show the same better";
         segment.reason = Some(Reason::new(ReasonCode::NotNeeded, words));
     }
 }

@@ -28,7 +28,7 @@ pub enum Kind {
     Single,
     /// Two effects.
     Double,
-    /// One effect that diagnosis is not told of.
+    /// One effect that diagnosis does not know of.
     Removed,
     /// Something that no effect of the library describes.
     Foreign,

@@ -276,7 +276,7 @@ impl Manoeuvre {
     /// What is wrong with its numbers, if anything.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         let within = |name: &str, x: f64, low: f64, high: f64| {
             let ok = (low..=high).contains(&x);

@@ -5,10 +5,10 @@
 //! scenario, machine -> motorcycle (bodies scaled to the machine) + its tyres -> tour -> ride
 //! ```
 //!
-//! The bodies are those of a built-in motorcycle, moved and weighted so that mass, wheelbase, mass centre
+//! The bodies are those of a built-in motorcycle, moved and weighted so that mass, wheelbase, centre of mass
 //! and caster are the machine's; the tyres are the machine's own (the paper's) on a toroidal, springy
-//! carcass, unless [`construct`] is given others. What is hidden in the machine comes along by the same formulas, but for what arises from
-//! the construction ([`Multibody`](crate::simulate::effects::physics::Multibody)).
+//! carcass, unless [`construct`] is given others. What is hidden in the machine comes along by the same formulas, but
+//! for what arises from the construction ([`Multibody`](crate::simulate::effects::physics::Multibody)).
 
 use std::collections::BTreeMap;
 use std::path::Path;

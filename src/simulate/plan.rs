@@ -147,7 +147,7 @@ pub struct Plan {
     pub kind: PlanKind,
     /// Coasting runs (paper: 16, half of them slow; half of each in each direction).
     pub coasts: usize,
-    /// Front and as many rear brakings to the limit (paper: 6).
+    /// Front and as many rear stops to the limit (paper: 6).
     pub brakings: usize,
     /// Laps of two left corners (paper: 20), or mixed corners of the naturalistic ride.
     pub laps: usize,
@@ -160,7 +160,7 @@ pub struct Plan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanKind {
-    /// Bartolozzi et al. 2024: coasting, brakings to the limit, laps of two left corners.
+    /// Bartolozzi et al. 2024: coasting, braking manoeuvres to the limit, laps of two left corners.
     Paper,
     /// Mixed riding: both directions, varied speed and radius.
     Naturalistic,

@@ -21,7 +21,7 @@ pub struct Prescribed {
     pub start: f64,
     /// s.
     pub length: f64,
-    /// Side slip angle per lean, of the mass centre: positive outwards at the rear, as on tyres.
+    /// Side slip angle per lean, of the centre of mass: positive outwards at the rear, as on tyres.
     pub slip: f64,
 }
 

@@ -96,7 +96,7 @@ impl Braking {
     }
 }
 
-/// Rides brakings again, each when it is asked for, from 0.3 s before its start so that the run
+/// Simulates stops again, each when it is asked for, from 0.3 s before its start so that the run
 /// begins steady.
 pub(crate) fn brakings<'a>(
     model: &'a Model,
@@ -182,7 +182,7 @@ impl Replay {
             let first = x.iter().position(|&s| s <= 0.5 * deepest);
             first.map_or(f64::NAN, |i| self.time[i])
         };
-        // an accelerometer above the mass centre feels the frame's pitching: a fifth of a second
+        // an accelerometer above the centre of mass feels the frame's pitching: a fifth of a second
         // on average counts
         let rate = match self.time.len() {
             0 | 1 => 1.0,

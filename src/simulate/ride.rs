@@ -26,7 +26,7 @@ const DECISIONS: f64 = 100.0;
 /// The true motion at one sample of the log.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
-    /// Motion of the frame, about the mass centre of the upright motorcycle.
+    /// Motion of the frame, about the centre of mass of the upright motorcycle.
     pub motion: Motion,
     /// Position of the rear contact, m.
     pub position: [f64; 2],

@@ -170,7 +170,7 @@ impl Scenario {
     /// Checks a scenario's text; `source` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn parse(text: &str, source: &str) -> Result<Self, FileError> {
         let file = FileName::new("scenario", source);
         FileKind::Scenario.expect(text).map_err(|e| file.wrong(e))?;

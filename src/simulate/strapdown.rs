@@ -4,7 +4,7 @@
 //! f = A' (R' (a - g) + w' x r + w x (w x r)) (1 + scale) + bias + noise      w = A' w (1 + scale) + bias + noise
 //! ```
 //!
-//! with the unit's axes `A` in the frame and its place `r` from the mass centre.
+//! with the unit's axes `A` in the frame and its place `r` from the centre of mass.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -30,7 +30,7 @@ pub struct Axes {
 pub struct Unit {
     /// Its axes in the frame.
     pub mounting: Rotation3<f64>,
-    /// Its place from the mass centre, frame axes, m.
+    /// Its place from the centre of mass, frame axes, m.
     pub place: [f64; 3],
     /// Rates, rad/s.
     pub rates: Axes,
@@ -63,7 +63,7 @@ pub struct Receiver {
 }
 
 impl Unit {
-    /// Without any error, at the mass centre.
+    /// Without any error, at the centre of mass.
     pub fn perfect(mounting: Rotation3<f64>) -> Self {
         let none = Axes::default();
         Unit { mounting, place: [0.0; 3], rates: none, forces: none, crab: [0.0; 3] }
@@ -152,7 +152,7 @@ pub fn crabbing(motions: &[Motion], crab: [f64; 3], random: &mut Random) -> Vec<
     motions.iter().map(turned).collect()
 }
 
-/// What unit and receiver record of a motion of the mass centre at `rate` Hz; the log knows the true lever arm.
+/// What unit and receiver record of a motion of the centre of mass at `rate` Hz; the log knows the true lever arm.
 pub fn record(
     motions: &[Motion],
     rate: f64,

@@ -129,7 +129,7 @@ impl Rideable {
     /// A built-in scenario or a scenario file.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn load(name_or_path: &str) -> Result<Self, Error> {
         if let Some(motocross) = Motocross::load(name_or_path)? {
             return Ok(Rideable::Motocross(Box::new(motocross)));

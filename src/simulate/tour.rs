@@ -105,7 +105,7 @@ impl Tour {
     /// reduced-order motorcycle.
     ///
     /// # Errors
-    /// A sentence that names file and key.
+    /// Error text that names file and key.
     pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "motorcycle");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
@@ -114,7 +114,7 @@ impl Tour {
     /// Checks a scenario's text; motorcycle and tyre files are looked for beside `path`.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
         let file = FileName::new("scenario", path.display());
         let table: toml::Table =

@@ -21,14 +21,14 @@ pub(crate) fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: F
     (sin_delta * cos_eps).atan2(cos_phi * cos_delta + sign * sin_phi * sin_delta * sin_eps) // (30)
 }
 
-/// Distance of the mass centre from the ground along the plane of a leaned motorcycle, m. Its wheels stand on
+/// Distance of the centre of mass from the ground along the plane of a leaned motorcycle, m. Its wheels stand on
 /// crowns of radius `crown` (m, loaded): the crown's centre stays at its height over the ground.
 pub(crate) fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
     cg_height + crown * (1.0 / cos_phi - 1.0)
 }
 
-/// How a contact lies below the mass centre of a motorcycle that leans at a given sine and cosine of the roll angle: how
-/// far beside it, m, and how fast it goes aside per roll rate, m. In a bend loads along the frame's plane grow by
+/// How a contact lies below the centre of mass of a motorcycle that leans at a given sine and cosine of the roll angle:
+/// how far beside it, m, and how fast it goes aside per roll rate, m. In a bend loads along the frame's plane grow by
 /// `1/cos(phi)`: springs that give by `sag` (m) at rest let the frame come down by `sag (1/cos(phi) - 1)`.
 #[inline(always)]
 pub(crate) fn below_mass_centre(

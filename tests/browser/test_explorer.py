@@ -265,3 +265,62 @@ def test_rides_of_a_motorcycle_lead_to_one_another(explored, browser):
     assert links["archive_s0001"] == [["next", "archive_s0002.html"]]
     assert links["archive_s0002"] == [["prev", "archive_s0001.html"]]
     assert links["archive_s0008"] == []
+
+
+def test_all_rides_of_a_motorcycle_are_one_tyre(explored, browser):
+    """It comes first, with the values and intervals of the table `tyres`; a motorcycle of one ride has none."""
+    import pyarrow.parquet as pq
+
+    rows = pq.read_table(explored / "tyres", partitioning=None).to_pylist()
+    pooled = {(r["tyre"], r["coefficient"]): r for r in rows if r["bike_id"] == "archive_01"}
+    browser.open(explored / "report/tyres.html")
+    assert place(browser, "archive_01", "front") == 0 and place(browser, "archive_02", "front") == -1
+    assert browser.js("return document.getElementById('tyre-a').selectedOptions[0].textContent").startswith("archive_01 front, all 2 rides")
+    for tyre in ("front", "rear"):
+        i = place(browser, "archive_01", tyre)
+        for coefficient, band, of in [("cornering_stiffness_0", "stiffness", "1"), ("camber_stiffness_0", "camber", "t.parameters.side_force_ratio")]:
+            row = pooled[tyre, coefficient]
+            y, low, high = browser.js(
+                f"const t = {FIGURES}.tyres[arguments[0]], b = t.off(arguments[1], 0), y = {of} * t.kAlpha(0); return [y, y - b.low, y + b.high]", i, band
+            )
+            assert y == pytest.approx(row["value"], rel=1e-6)
+            assert [low, high] == pytest.approx([row["ci95_low"], row["ci95_high"]], rel=3e-3)
+        row = pooled[tyre, "mf_d"]
+        choose(browser, "tyre-a", i)
+        cells = browser.js(
+            "const r = [...document.querySelectorAll('#numbers-body tr')].find(r => r.textContent.startsWith('Radius'));"
+            "return [...r.querySelectorAll('td')].map(e => e.textContent)"
+        )
+        load = float(browser.js("return document.getElementById('load').value"))
+        assert float(cells[0]) == pytest.approx(row["value"] * load, abs=1)
+        assert [float(end) for end in cells[1].split(" to ")] == pytest.approx([row[end] * load for end in ("ci95_low", "ci95_high")], abs=1)
+    # a link to it
+    link = browser.driver.current_url
+    assert "archive_01%2F%2Frear" in link
+    browser.driver.get("about:blank")
+    browser.driver.get(link)
+    browser.wait(f"const d = document.getElementById('data'); return d && d.csv && {FIGURES}")
+    assert browser.js("return document.getElementById('tyre-a').value") == str(place(browser, "archive_01", "rear"))
+
+
+def test_the_slip_of_the_peak_has_its_interval(explored, browser):
+    """At the load at rest it is that of the session's page, as a slip ratio in per cent."""
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(explored / "coefficients", partitioning=None).to_pylist()
+    known = {(r["session_id"], r["tyre"]): r for r in table if r["coefficient"] == "peak_slip"}
+    kappa = lambda sigma: 100 * sigma / (1 + sigma)
+    browser.open(explored / "report/tyres.html")
+    i = place(browser, "archive_s0001", "rear")
+    row = known["archive_s0001", "rear"]
+    assert row["status"] == "ok"
+    choose(browser, "tyre-a", i)
+    choose(browser, "tyre-b", "")
+    rest = browser.js(f"return {FIGURES}.tyres[arguments[0]].parameters.load_at_rest", i)
+    choose(browser, "load", 10 * round(rest / 10))
+    cells = browser.js(
+        "const r = [...document.querySelectorAll('#numbers-body tr')].find(r => r.textContent.startsWith('Slip there'));"
+        "return [...r.querySelectorAll('td')].map(e => e.textContent)"
+    )
+    found = [float(cells[0]), *(float(end) for end in cells[1].split(" to "))]
+    assert found == pytest.approx([kappa(row[k]) for k in ("value", "ci95_low", "ci95_high")], abs=0.2), cells

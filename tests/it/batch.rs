@@ -383,8 +383,8 @@ fn a_fleet_without_sessions_is_an_empty_table() {
     assert_eq!(batch::fleet::tables::write(&place.path("out")).expect("fleet").len(), 0);
 }
 
-/// An output of before had a file per session and table, ids and times as plain texts. What it holds moves as it is,
-/// also that of a log that is gone; what a killed run of then has left half-written is computed again.
+/// An output of an earlier version had a file per session and table, ids and times as plain texts. What it holds moves
+/// as it is, also that of a log that is gone; what a killed run of then has left half-written is computed again.
 #[test]
 fn an_output_of_before_moves_into_files_per_month() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s b|b1|ok"), ("c", "s-c|b2|ok")]);

@@ -232,6 +232,67 @@ fn a_pressure_in_another_unit_than_the_log_says_is_no_entry_in_force() {
     assert_eq!(code, Some(0), "{out}{err}");
 }
 
+/// Names that say nothing are no contradiction: the motion is asked about what the map makes of them.
+#[test]
+fn a_right_map_of_names_that_say_nothing_stays_as_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let names = [
+        ("Wheel Speed F (km/h)", "qf (km/h)"),
+        ("Wheel Speed R (km/h)", "qr (km/h)"),
+        ("Brake F (bar)", "qa (bar)"),
+        ("Brake R (bar)", "qb (bar)"),
+    ];
+    let new: Vec<(&str, String, f64)> = names.iter().map(|(a, b)| (*a, (*b).into(), 1.0)).collect();
+    std::fs::write(at("q.csv"), relabelled(&superbike(), &new)).expect("written");
+    let text = |planted: Option<Planted>| {
+        let text = map_text("superbike", circumference("superbike"), planted);
+        names.iter().fold(text, |t, (a, b)| t.replace(a, b))
+    };
+    let mend = |text: &str| {
+        std::fs::write(at("q.toml"), text).expect("written");
+        let mut command = Command::cargo_bin("roadbench").expect("built");
+        command.args([
+            "map",
+            &at("q.csv"),
+            "--map",
+            &at("q.toml"),
+            "--mend",
+            "--out",
+            &at("m.toml"),
+        ]);
+        let output = command.output().expect("ran");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned()
+            + &String::from_utf8_lossy(&output.stdout);
+        (output.status.code(), said, std::fs::read_to_string(at("m.toml")).expect("written"))
+    };
+    let right = text(None);
+    let (code, said, mended) = mend(&right);
+    assert_eq!(mended, right, "{said}");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("0 entries corrected"), "{said}");
+    // the motion knows them all the same
+    let swapped = Planted::Swapped(Channel::WheelSpeedFront, Channel::WheelSpeedRear);
+    let (_, said, mended) = mend(&text(Some(swapped)));
+    assert!(said.contains("2 entries corrected"), "{said}");
+    assert!(mended.contains("from = \"qf (km/h)\""), "{mended}");
+}
+
+/// A map with which a run rejects the log does not agree with it.
+#[test]
+fn a_map_that_no_run_can_read_the_log_with_is_not_right() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ms.toml");
+    let text = map_text("factory", circumference("factory"), None);
+    std::fs::write(&path, text.replacen("unit = \"s\"", "unit = \"ms\"", 1)).expect("written");
+    let mut command = Command::cargo_bin("roadbench").expect("built");
+    let output = command.arg("map").arg(fixture("factory.csv")).arg("--map").arg(&path);
+    let output = output.output().expect("ran");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("a run rejects the log with this map"), "{said}");
+}
+
 #[test]
 fn the_command_drafts_checks_and_mends() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -228,7 +228,7 @@ fn a_late_velocity_is_found_whole() {
     // the residuals alone show nine tenths of it; multiplied by a noisy derivative it would be half
     let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
     assert!(shown < -0.042, "{shown}");
-    // of what the simulation of left-out brakings misses beyond noise less than half is left
+    // of what the simulation of left-out braking manoeuvres misses beyond noise less than half is left
     let braking = d.simulation_errors.iter().filter(|r| r.kind.ends_with("braking"));
     let speeds: Vec<_> = braking.filter(|r| r.channel == "velocity_x").collect();
     assert!(!speeds.is_empty());

@@ -110,7 +110,7 @@ fn misfits(factor: f64, named: bool) -> Vec<DiscrepancyRow> {
     ]
 }
 
-/// Sines that the base model misses by `off` of their size.
+/// Sines that the nominal model misses by `off` of their size.
 fn replays(off: f64, named: bool) -> Vec<SimulatedSample> {
     let channels = [
         ("velocity_x", "m/s", 6.0, 20.0),
@@ -159,7 +159,7 @@ struct Ride {
     errors: Vec<SimulationError>,
 }
 
-/// Errors of the simulation: channel, kind, unit, before, after, what noise alone leaves.
+/// Errors of the simulation: channel, kind, unit, before, after, the noise-only rms.
 fn error(names: [&str; 3], before: f64, after: Option<f64>, floor: f64) -> SimulationError {
     let ratio = after.map(|a| a / before);
     SimulationError {
@@ -386,7 +386,7 @@ fn a_report_of_diagnoses_alone_has_an_index() {
             "href=\"diagnosis_named-1.html\"",
             "the velocity comes late <span class=\"size\">19.6 ms</span>",
             "or the roll sensor does not read zero upright",
-            "nothing that this ride could show",
+            "no cause that this ride could show",
             ">unexplained<",
         ],
     );

@@ -10,7 +10,7 @@ use roadbench::internals::diagnose::road::parameters::{BASE, Parameter, Paramete
 use roadbench::internals::diagnose::road::problem::Problem;
 use roadbench::internals::diagnose::road::residuals::{Blocks, blocks};
 use roadbench::internals::diagnose::road::samples::Samples;
-use roadbench::internals::diagnose::road::workings::Workings;
+use roadbench::internals::diagnose::road::workings::LinearisationCache;
 use roadbench::internals::pipeline::Pipeline;
 use roadbench::internals::segment::manoeuvre::Direction;
 use roadbench::internals::simulate;
@@ -168,7 +168,7 @@ fn block_means_tell_the_slopes_of_all_that_lasts() {
         BASE.iter().copied().chain(ALL.iter().map(Effect::parameter)).collect();
     let problem = Problem::new(&samples, &parameters, [1.0; 8], &all);
     let linear = problem.linear_of_means(&parameters);
-    let workings = Workings::of(&samples, &parameters);
+    let workings = LinearisationCache::of(&samples, &parameters);
     let size = |x: &mut dyn Iterator<Item = f64>| {
         x.filter(|x| x.is_finite()).map(|x| x * x).sum::<f64>().sqrt()
     };
@@ -191,7 +191,8 @@ fn every_effect_changes_residuals_and_what_it_does_not_reach_stays() {
     for effect in ALL {
         effect.parameter().set(&mut parameters, 0.3 * effect.typical);
     }
-    let (usual, workings) = (blocks(&samples, &parameters), Workings::of(&samples, &parameters));
+    let (usual, workings) =
+        (blocks(&samples, &parameters), LinearisationCache::of(&samples, &parameters));
     assert!(far(&workings.blocks, &usual) < 1e-9);
     let all: Vec<Parameter> =
         BASE.iter().copied().chain(ALL.iter().map(Effect::parameter)).collect();

@@ -437,7 +437,10 @@ fn what_is_assumed_says_what_it_is_from() {
     for says in [
         "mf_e2 assumed: wheel not both braked and driven",
         "side_force_ratio assumed: bike file",
-        "m (assumed: rule)",
+        "m (assumed: rule, 95 % ",
+        // the stiffness that handling is computed with, and the trail that no ride gives
+        "cornering_stiffness_0 is 8.873 1/rad, fitted, 95 % ",
+        "from pneumatic_trail_0 (assumed: rule, 95 % ",
         "slip_stiffness_load assumed: usual value",
     ] {
         assert!(tir.contains(says), "{says}: {tir}");

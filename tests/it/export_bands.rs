@@ -86,9 +86,11 @@ fn intervals_of_a_look_up_table_are_those_of_the_charts_and_of_the_coefficients(
             let wanted = friction.at(line["slip_ratio_1"] * stiffer).map(|size| size * load);
             near(found, wanted, 3e-5 * load, &format!("{tyre} {line:?}"));
             assert!(!line.contains_key("Fy_ci95_low_N") && !line.contains_key("Mx_ci95_low_Nm"));
+            // under no load that a braked wheel has the change with load would be all of it
+            assert!(load > 0.5 * row.load_at_rest, "{tyre} {line:?}");
             along += 1;
         }
-        assert!(along > 80, "{tyre}: {along} longitudinal intervals");
+        assert!(along > 60, "{tyre}: {along} longitudinal intervals");
         let named = |name: &str| {
             let own = |c: &&Coefficient| c.tyre == tyre && c.coefficient == name;
             coefficients.iter().find(own).expect("a row")

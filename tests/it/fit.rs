@@ -333,7 +333,7 @@ fn experiment(rng: &mut Pcg64, groups: usize) -> [Vec<f64>; 4] {
     [x, z, y, id]
 }
 
-/// Share of intervals that hold the truth, by coefficient, and median half widths.
+/// Share of intervals that contain the true value, by coefficient, and median half widths.
 fn coverage(groups: usize, rounds: usize) -> ([f64; 3], [f64; 3]) {
     let mut rng = Pcg64::seed_from_u64(groups as u64);
     let truth = [1.0, 2.0, -0.7];

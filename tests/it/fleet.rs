@@ -62,7 +62,7 @@ struct Known {
     wrong: [f64; 3],
 }
 
-/// The bike's file, another model's, that one's opposite, a mass centre 6 % too far back.
+/// The bike's file, another model's, that one's opposite, a centre of mass 6 % too far back.
 fn known() -> Vec<Known> {
     let all = refits(&[
         &|_| {},
@@ -223,7 +223,7 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
             total.sessions += SESSIONS;
         }
         total.asked += 5;
-        // the drift's interval holds the truth and not zero
+        // the drift's interval contains the true value and not zero
         let at = |key: &(String, String), bike: &fleet::BikeAnalysis| {
             bike.history.keys.iter().position(|k| k == key).expect("key")
         };

@@ -61,7 +61,7 @@ fn points(seed: u64, n: usize, variety: f64) -> Points {
     p
 }
 
-/// Of 100 fleets each: the interval holds the truth as often as it says, and more riders narrow it.
+/// Of 100 fleets each: the interval contains the true value as often as it says, and more riders narrow it.
 #[test]
 fn the_interval_holds_the_truth() {
     let mut widths = Vec::new();

@@ -70,8 +70,8 @@ fn a_renamed_log_is_the_same_ride_and_a_copy_is_none() {
     assert_eq!(place.sessions(), ["b1/a"]);
 }
 
-/// A session whose id is the name of its file goes when the file gets another name; so does that of a log that is bad now.
-/// A dry run says which, and the run does it.
+/// A session whose id is the name of its file goes when the file gets another name; so does that of a log that is bad
+/// now. A dry run says which, and the run does it.
 #[test]
 fn a_dry_run_says_which_sessions_go() {
     let place = Place::new(&[
@@ -181,7 +181,7 @@ fn a_map_concerns_the_logs_that_are_read_by_it() {
     let (last, other) = (text("last", "csv", "x", "v"), text("other", "mdf", "x", "v"));
     let more = [("other", other), one("speed"), two("w", "speed"), ("last", last)];
     assert_eq!(night(&more), (0, 3));
-    // one in front may: whoever could be taken is looked at again
+    // one in front may: every possible match is looked at again
     let first = ("first", text("first", "csv", "x", "v"));
     assert_eq!(night(&[first, one("speed"), two("w", "speed")]), (2, 1));
 }

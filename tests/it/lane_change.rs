@@ -90,7 +90,7 @@ fn median(mut of: [f64; 3]) -> f64 {
     of[1]
 }
 
-/// The table between its marks, with numbers in it; of the page and of now.
+/// The table between its marks, with numbers in it, of the page and as computed.
 fn numbers(text: &str) -> Vec<f64> {
     let parts = text.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'));
     parts.filter_map(|part| part.parse().ok()).collect()
@@ -166,7 +166,7 @@ fn every_row_is_nearer_than_the_papers_and_the_books_table_is_of_now() {
     assert!(flat.contains(&said), "book/src/validation.md does not say \"{said}\"");
 }
 
-/// Compares the table of a page with that of now, or writes it. Other processors round elsewhere: half a point.
+/// Compares the table of a page with the computed one, or writes it. Other processors round elsewhere: half a point.
 fn is_of_now(page: &Path, table: &str) {
     let text = std::fs::read_to_string(page).expect("page");
     let (before, rest) = text.split_once(MARKS[0]).expect("the table's mark");

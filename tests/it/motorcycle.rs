@@ -512,7 +512,7 @@ fn the_step_is_converged_and_of_fourth_order() {
     assert!(four / one > 30.0, "{four:.1e} {two:.1e} {one:.1e}");
 }
 
-/// The independent plant's steady turns: what is compared, and within what (relative to the
+/// The independent simulator's steady turns: what is compared, and within what (relative to the
 /// channel's largest value).
 const TRIM_TOLERANCE: f64 = 2e-3;
 

@@ -373,7 +373,7 @@ fn a_killed_run_leaves_a_lock_that_ends_and_tables_that_are_mended() {
         child.wait().expect("gone");
         server.faults(0, 0.0, 0);
         assert!(server.below("out/.roadbench/").contains_key("lock"));
-        // whoever reads sees whole tables
+        // a reader sees whole tables
         for (name, bytes) in there(&server, "out/") {
             if name.ends_with(".parquet") {
                 rows(&bytes); // or it panics

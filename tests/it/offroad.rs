@@ -205,7 +205,7 @@ fn riders_are_ranked_against_the_truth((scenario, ridden): &Ridden) {
     }
 }
 
-/// Rows weighted by what they are worth: the moment about the mass centre, into which all errors of
+/// Rows weighted by what they are worth: the moment about the centre of mass, into which all errors of
 /// the rider go, counts for less.
 fn weights_by_noise_beat_weights_by_length((scenario, ridden): &Ridden) {
     let truth = band(&ridden.truth.forces[0], ridden.session.rate);
@@ -415,7 +415,7 @@ fn every_single_missing_channel_is_named_and_the_rest_is_estimated((scenario, ri
             assert!(errors[k] < most, "{channel} force {k}: {} N", errors[k]);
         }
     }
-    // two travels: brake forces cannot be told apart any more, and that is said
+    // two travels: brake forces cannot be separated any more, and that is said
     let mut session = ridden.session.clone();
     session.remove(Channel::ForkTravel);
     session.remove(Channel::ShockTravel);
@@ -486,7 +486,7 @@ fn wrong_signs_zeros_and_gravity_are_noticed((scenario, ridden): &Ridden) {
     assert!(apart < 0.03 * plain.machine.weight(), "{apart}");
 }
 
-/// The velocity is that of the mass centre, unless the bike file gives a lever arm, and levers that are
+/// The velocity is that of the centre of mass, unless the bike file gives a lever arm, and levers that are
 /// logged say what is driven and what is braked.
 fn lever_arms_and_levers_are_read((scenario, ridden): &Ridden) {
     let session = filtered(&ridden.session);

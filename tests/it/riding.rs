@@ -63,7 +63,7 @@ fn custom(tour: &Tour, outcome: &Outcome, axle: Axle) -> Custom {
 }
 
 /// The paper's validation, from noisy riding on one motorcycle to the lane change on another; the
-/// front brakings ridden again.
+/// stops with the front brake simulated again.
 #[test]
 fn the_papers_study_again() {
     let folder = tempfile::tempdir().expect("folder");
@@ -107,7 +107,7 @@ fn the_papers_study_again() {
     // forces follow from the motion whatever the tyre
     assert!(error("force_y_front") < 0.05 && error("force_y_rear") < 0.05);
 
-    // a second ride's brakings, pressures in
+    // a second ride's braking manoeuvres, pressures in
     let tyres: [Box<dyn roadbench::internals::tyre::tyre_model::TyreModel>; 2] =
         [Box::new(front), Box::new(rear)];
     let mut braked = ride_plan.clone();

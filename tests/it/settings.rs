@@ -1,4 +1,4 @@
-//! Every key of a pipeline file changes some result: what changes nothing misleads whoever sets it.
+//! Every key of a pipeline file changes some result: a key that changes nothing misleads its user.
 //!
 //! The keys are those of the files themselves and of the settings with every default, so a new one is tried without
 //! being listed here.
@@ -20,8 +20,8 @@ use crate::superbike;
 
 /// Keys that name the pipeline and set nothing.
 const LABELS: [&str; 1] = ["name"];
-/// What none of the rides here shows: they would take a rider off the line, a sensor stuck for just that long, whoops of just
-/// that many bumps, unlike clocks, both brakes for a part of a stop.
+/// What none of the rides here shows: they would take a rider off the line, a sensor stuck for just that long, whoops
+/// of just that many bumps, unlike clocks, both brakes for a part of a stop.
 const UNSEEN: [&str; 9] = [
     "segment.braking.least_share",
     "segment.braking.rear_share",

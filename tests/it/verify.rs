@@ -219,8 +219,8 @@ fn no_command_gives_numbers_of_a_damaged_table() {
     assert!(code == Some(3) && says.contains("fleet/fleet.parquet"), "{says}");
 }
 
-/// A report that was made while a table was damaged does not outlive the damage, whoever repairs the table: a run that computes
-/// its sessions again, or a backup.
+/// A report that was made while a table was damaged does not outlive the damage, however the table is repaired: a run
+/// that computes its sessions again, or a backup.
 #[test]
 fn a_report_of_damaged_tables_is_made_again_once_they_are_repaired() {
     let folder = tempfile::tempdir().expect("folder");

@@ -1,13 +1,14 @@
-//! Phrases that are not to come back, with the word to use instead (`book/src/glossary.md`).
+//! Phrases that are not to come back, with the word to use instead (`book/src/glossary.md`): in pages, in comments of the
+//! code and in the program's messages.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// A phrase in small letters, and what to write instead.
-const PHRASES: [(&str, &str); 30] = [
+/// A phrase of pages in small letters, and the words to use instead.
+const PHRASES: [(&str, &str); 48] = [
     ("null simulation", "fault-free simulation"),
     ("noise alone", "noise only"),
     ("base model", "nominal model"),
-    ("strained", "implausible fit"),
+    (" strained", "implausible fit"),
     ("hold the truth", "contain the true value"),
     ("holds the truth", "contains the true value"),
     ("held the truth", "contained the true value"),
@@ -34,6 +35,64 @@ const PHRASES: [(&str, &str); 30] = [
     ("a day later", "the state of the current version"),
     ("told apart", "separated"),
     ("by a reviewer", "the origin of the figures"),
+    ("required-numbers file", "bike file of level C"),
+    ("takes sessions out", "removes sessions"),
+    ("still as it was written", "integrity check"),
+    ("said by you", "given by the user"),
+    ("0 to know of", "0 notes"),
+    ("that never was", "simulated"),
+    ("not told", "unknown"),
+    ("told of", "reported"),
+    ("has structure", "disagree, depending on ..."),
+    ("twice the log likelihood", "2 x log-likelihood gain"),
+    ("the plant", "independent simulator"),
+    ("rightly", "correctly"),
+    ("faultless", "fault-free"),
+    ("what is left", "the remainder, the residual"),
+    ("formerly", "the state of the current version"),
+    ("previously", "the state of the current version"),
+    ("used to be", "the state of the current version"),
+    ("bends", "corners"),
+];
+
+/// A phrase of comments in the code in small letters, and the words to use instead.
+const COMMENTS: [(&str, &str); 20] = [
+    ("null simulation", "fault-free simulation"),
+    ("noise alone", "noise only"),
+    ("base model", "nominal model"),
+    (" strained", "implausible fit"),
+    ("hold the truth", "contain the true value"),
+    ("holds the truth", "contains the true value"),
+    ("held the truth", "contained the true value"),
+    ("brakings", "braking manoeuvres, stops"),
+    ("mass centre", "centre of mass"),
+    ("whoever", "say who"),
+    ("how sure", "accuracy"),
+    ("of before", "earlier"),
+    ("of now", "current version"),
+    ("a day later", "the reason, not the history"),
+    ("told apart", "separated"),
+    ("by a reviewer", "the reason, not the history"),
+    ("independent plant", "independent simulator"),
+    ("none of our business", "ignored"),
+    ("takes sessions out", "removes sessions"),
+    ("rightly", "correctly"),
+];
+
+/// A phrase of the program's messages, help texts and tables in small letters, and the words to use instead.
+const MESSAGES: [(&str, &str); 12] = [
+    ("null simulation", "fault-free simulation"),
+    ("noise alone", "noise only"),
+    ("base model", "nominal model"),
+    ("strained", "implausible fit"),
+    ("hold the truth", "contain the true value"),
+    ("holds the truth", "contains the true value"),
+    ("brakings with", "stops, braking"),
+    ("mass centre", "centre of mass"),
+    ("whoever", "say who"),
+    ("how sure", "accuracy"),
+    ("of before", "earlier"),
+    ("said by you", "given by the user"),
 ];
 
 /// The glossary defines the program's own words.
@@ -48,7 +107,7 @@ fn prose(page: &str) -> String {
 }
 
 #[test]
-fn phrases_of_before_stay_away() {
+fn pages_use_the_fields_words() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let chapters = walkdir::WalkDir::new(root.join("book/src"));
     let chapters = chapters.into_iter().map(|entry| entry.expect("entry").into_path());
@@ -59,9 +118,70 @@ fn phrases_of_before_stay_away() {
     let mut wrong = Vec::new();
     for path in pages {
         let text = prose(&std::fs::read_to_string(&path).expect("page"));
-        let name = path.strip_prefix(root).expect("below").display();
-        let found = PHRASES.iter().filter(|(phrase, _)| text.contains(phrase));
-        wrong.extend(found.map(|(phrase, instead)| format!("{name}: {phrase}: say {instead}")));
+        wrong.extend(found(&path, &text, &PHRASES));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The phrases that a text has, with its file and the words to use.
+fn found(path: &Path, text: &str, phrases: &[(&str, &str)]) -> Vec<String> {
+    let name = path.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("below").display();
+    let has = |(phrase, _): &&(&str, &str)| text.contains(phrase);
+    let line = |(phrase, instead): &(&str, &str)| format!("{name}: {phrase}: say {instead}");
+    phrases.iter().filter(has).map(line).collect()
+}
+
+/// Comments and strings of Rust code in small letters, each on one line. A string that has an escaped quote ends there; that
+/// finds what it should in messages.
+fn comments_and_strings(code: &str) -> [String; 2] {
+    let (mut comments, mut strings) = (Vec::new(), Vec::new());
+    for line in code.lines() {
+        let line = line.trim_start();
+        if let Some(comment) = line.strip_prefix("//") {
+            comments.push(comment.trim_start_matches(['/', '!']).to_lowercase());
+            continue;
+        }
+        // behind code: outside of strings there is an even number of quotes before
+        let behind =
+            line.match_indices(" // ").find(|(i, _)| line[..*i].matches('"').count() % 2 == 0);
+        let (code, comment) = behind.map_or((line, ""), |(i, _)| line.split_at(i));
+        comments.push(comment.trim_start_matches([' ', '/']).to_lowercase());
+        strings.push(code.to_lowercase());
+    }
+    let strings = strings.join(" ");
+    let strings = strings.split('"').skip(1).step_by(2).collect::<Vec<_>>().join(" ");
+    [comments.join(" "), strings].map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+fn code_below(folder: &str) -> Vec<PathBuf> {
+    let files = walkdir::WalkDir::new(Path::new(env!("CARGO_MANIFEST_DIR")).join(folder));
+    let files = files.into_iter().map(|entry| entry.expect("entry").into_path());
+    files.filter(|p| p.extension().is_some_and(|e| e == "rs") && !p.ends_with("words.rs")).collect()
+}
+
+#[test]
+fn comments_and_messages_use_the_fields_words() {
+    let mut wrong = Vec::new();
+    let mut files = 0;
+    for folder in ["src", "python/src", "tests", "examples", "benches"] {
+        for path in code_below(folder) {
+            let code = std::fs::read_to_string(&path).expect("code");
+            let [comments, strings] = comments_and_strings(&code);
+            wrong.extend(found(&path, &comments, &COMMENTS));
+            if folder == "src" {
+                wrong.extend(found(&path, &strings, &MESSAGES));
+            }
+            files += 1;
+        }
+    }
+    assert!(files > 500, "{files}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn comments_and_strings_are_found_in_code() {
+    let code = "/// Mass\n//! centre\nlet x = \"a // Word\"; // Whoever\n";
+    let [comments, strings] = comments_and_strings(code);
+    assert_eq!(comments, "mass centre whoever");
+    assert_eq!(strings, "a // word");
 }

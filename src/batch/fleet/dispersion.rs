@@ -6,7 +6,7 @@ use crate::statistics::order::{SD_PER_MAD, median as median_of};
 /// quadratic work.
 const ALL_PAIRS: usize = 1500;
 
-/// Fewest points that a drift is told from.
+/// Fewest points for a drift.
 const DRIFT_FROM: usize = 3;
 
 /// Robust standard deviation, `1.4826 * median |x - median|`; nothing of a single value.

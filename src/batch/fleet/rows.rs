@@ -13,7 +13,7 @@ use crate::store::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, Status
 /// Unit by tyre and coefficient.
 pub(crate) type Units = BTreeMap<(String, String), String>;
 
-/// What a session's own row of `coefficients` says.
+/// Value and interval of a session's own row of `coefficients`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Own {
     /// Estimate.
@@ -27,7 +27,7 @@ pub(crate) struct Own {
 /// Rows by bike, session, tyre and coefficient.
 pub(crate) type Owns = BTreeMap<[String; 4], Own>;
 
-/// What the analysis adds to each row of `fleet`.
+/// Adds the results of the analysis to each row of `fleet`.
 pub(crate) fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
     for row in rows {
         let Some(bike) = bikes.iter().find(|b| b.bike == row.bike_id) else { continue };
@@ -51,8 +51,8 @@ pub(crate) fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
 
 /// The rows of `fleet_pooled`.
 ///
-/// What no other session has a part in keeps the interval of its own row: of few manoeuvres it is wider than 1.96 standard
-/// errors.
+/// Rows of pooled values. A value without a share of other sessions keeps the interval of its own row, which for few
+/// manoeuvres is wider than 1.96 standard errors.
 pub(crate) fn pooled_rows(bike: &BikeAnalysis, units: &Units, owns: &Owns) -> Vec<PooledRow> {
     let history = &bike.history;
     let mut rows = Vec::new();

@@ -98,7 +98,7 @@ const NUMBERS: [&str; 3] = ["start_time", "value", "std_error"];
 /// The ends of its interval, which tables need not have.
 const ENDS: [&str; 2] = ["ci95_low", "ci95_high"];
 
-/// What sessions are put together by.
+/// Columns by which sessions are grouped.
 const KEYS: [&str; 4] = [TEXTS[0], TEXTS[1], TEXTS[2], TEXTS[3]];
 
 const MICROSECONDS_PER_DAY: f64 = 86_400e6;
@@ -258,7 +258,7 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
     Ok((rows, units))
 }
 
-/// What each session's row says of itself.
+/// Each session's own value and interval.
 fn owns(frame: &DataFrame) -> PolarsResult<Owns> {
     let texts = |name: &str| frame.column(name)?.str();
     let [bike, session] = [texts("bike_id")?, texts("session_id")?];

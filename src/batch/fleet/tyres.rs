@@ -67,7 +67,7 @@ pub(crate) fn rows(
     Ok((of_tyres, of_bikes))
 }
 
-/// What the sessions of a month tell; nothing of those from before there was such a table.
+/// Evidence of the sessions of a month; empty for sessions of versions without this table.
 fn evidence(out: &Path, bike: &str, part: &str) -> Result<Vec<Piece>, Error> {
     let path = out.join("evidence").join(format!("bike={bike}")).join(format!("{part}.parquet"));
     if !path.is_file() {

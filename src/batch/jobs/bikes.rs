@@ -23,12 +23,12 @@ const LONGEST_BIKE_ID: usize = 100;
 /// A bike and the hash of all that goes into its sessions besides the logs.
 #[derive(Debug)]
 pub struct BikeFile {
-    /// The bike.
+    /// Geometry, masses and sensors, with defaults filled in.
     pub bike: Bike,
-    /// What its file says.
+    /// Text of its file.
     pub text: String,
     /// BLAKE3 of the resolved pipeline, the channel maps, the command's own settings and the bike file.
-    /// What goes into one session only is in [`BikeFile::hash_of`].
+    /// [`BikeFile::hash_of`] adds the inputs of one session.
     pub pipeline_hash: String,
 }
 
@@ -68,7 +68,7 @@ impl BikeFile {
     }
 }
 
-/// What every session's pipeline hash starts from: the hashes of the pipeline and, where there are any, of the
+/// Start of every session's pipeline hash: the hashes of the pipeline and, where there are any, of the
 /// command's own settings. Each part is hashed by itself so that none can run into the next. Channel maps and models
 /// are no part of it: they differ by session ([`BikeFile::hash_of`]).
 ///
@@ -200,7 +200,7 @@ fn read_text(at: &Location) -> std::io::Result<String> {
         .map_err(|_| std::io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// What to type where a bike has no file.
+/// Commands that write a missing bike file.
 fn no_file(bike_id: &str, at: &Location, folder: &Location) -> String {
     let folder = folder.to_string();
     let out = if folder == "bikes" { String::new() } else { format!(" --out {folder}") };

@@ -29,7 +29,7 @@ pub struct DiagnoseWork {
     pub settings: Settings,
 }
 
-/// What is shown of a session's diagnosis.
+/// Summary of a session's diagnosis, for the terminal.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Verdict {
     /// Lines for a terminal, the last one not ended.
@@ -147,15 +147,15 @@ pub fn finish(store: &Store) -> Result<OverAll, Error> {
     store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([SHARED, CHANGES, "report"])?;
-    settle::list_again(store.root(), &copy, &SHARED_PLACES)?;
+    settle::rescan(store.root(), &copy, &SHARED_PLACES)?;
     match copy.is_whole() {
         true => store.clear_behind()?,
-        false => mark::stay_behind(store.root())?,
+        false => mark::mark_out_of_date(store.root())?,
     }
     Ok(over_all)
 }
 
-/// What all other rides of a motorcycle, together, differ by from those that `text` names.
+/// Differences of a motorcycle's other rides, as one group, from the rides that `text` selects.
 ///
 /// # Errors
 /// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.

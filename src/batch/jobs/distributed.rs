@@ -42,7 +42,7 @@ use crate::store::objects::Location;
 use crate::store::tables::registry;
 use crate::store::tables::rows::Rejected;
 
-/// What every task has in common.
+/// Settings that all tasks share.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Terms {
     /// The driver's roadbench.
@@ -57,7 +57,7 @@ pub struct Terms {
     pub bikes: BTreeMap<String, BikeText>,
     /// Compute again what is there already.
     pub force: bool,
-    /// What is done with each log.
+    /// Work on each log.
     pub what: JobKind,
 }
 
@@ -73,7 +73,7 @@ pub(crate) fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, 
 /// A bike file on its way to the workers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct BikeText {
-    /// What the file says.
+    /// Text of the file.
     pub text: String,
     /// As in [`BikeFile`].
     pub pipeline_hash: String,
@@ -82,29 +82,29 @@ pub struct BikeText {
 /// One session to compute.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Task {
-    /// The log.
+    /// Path or URL of the log, as in the tables.
     pub log: String,
     /// Its size, bytes.
     pub bytes: u64,
     /// The session in it.
     pub session_id: String,
-    /// Its bike.
+    /// Bike that it was ridden on.
     pub bike_id: String,
     /// Hash of all that its tables are made from besides the log.
     pub pipeline_hash: String,
     /// When it began, microseconds since 1970.
     #[serde(default)]
     pub start: Option<i64>,
-    /// What the output has of the session already.
+    /// Entries that the output has of the session already.
     pub there: Vec<Committed>,
 }
 
-/// What became of a task.
+/// Result of a task.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Answer {
-    /// The log.
+    /// Path or URL of the log, as in the tables.
     pub log: String,
-    /// What became of it.
+    /// Outcome of the log.
     pub state: State,
     /// Its row, if it was rejected.
     pub rejected: Option<Rejected>,
@@ -218,12 +218,12 @@ impl Driver {
         Ok(Driver { store, inputs, jobs, refused, bytes, terms })
     }
 
-    /// What every worker has to know.
+    /// Settings that every worker needs.
     pub fn terms(&self) -> &Terms {
         &self.terms
     }
 
-    /// What is done with each log.
+    /// Work on each log.
     pub fn what(&self) -> &JobKind {
         &self.terms.what
     }
@@ -245,7 +245,7 @@ impl Driver {
         }
     }
 
-    /// What becomes of the other logs of a session: they are few, and looked at here once its first log has its answer.
+    /// Answers for the other logs of a session: they are few, and are processed here once the first log has its answer.
     fn rivals(&self, by_log: &mut BTreeMap<String, Answer>) -> Result<(), Error> {
         let gave_rows = |job: &Job, answer: Option<&Answer>| match answer {
             None => false,

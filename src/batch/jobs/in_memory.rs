@@ -24,7 +24,7 @@ pub enum Log<'a> {
     Table(Box<Raw>),
 }
 
-/// What `path` says in the tables of a session that came from no file.
+/// `path` in the tables of a session that came from no file.
 pub const NO_PATH: &str = "(table)";
 
 /// Tables by name.

@@ -20,7 +20,7 @@ use crate::store::tables::rows::{
 };
 use crate::store::tables::{file, read};
 
-/// What is made over all sessions.
+/// Results over all sessions.
 #[derive(Debug, Default)]
 pub struct OverAll {
     /// Pooled rows of `causes`.
@@ -67,12 +67,12 @@ fn sessions(out: &Path) -> Result<Vec<DiagnosisRow>, Error> {
     Ok(sessions)
 }
 
-/// What differs between a motorcycle's sessions, from `estimates` and `effect_traces`.
+/// Changes between a motorcycle's sessions, from `estimates` and `effect_traces`.
 fn changes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<ChangeRow>, Error> {
     Ok(reference::changes(rides(out, sessions)?))
 }
 
-/// What all other rides of a motorcycle, together, differ by from those that a text names, as of `compare`.
+/// Differences of a motorcycle's other rides, as one group, from the rides that a text selects, as for `compare`.
 ///
 /// # Errors
 /// `Usage`: the text names none, or too few of a motorcycle. A table cannot be read.
@@ -113,7 +113,7 @@ fn rides(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<Ride>, Error> {
     Ok(rides)
 }
 
-/// What the sessions of an output share, from their own rows of `causes`.
+/// Causes that sessions of an output share, from the sessions' rows of `causes`.
 fn causes(out: &Path, sessions: &[DiagnosisRow]) -> Result<Vec<SharedCause>, Error> {
     let causes = SessionFiles::<CauseRow>::read(out)?;
     let mut pooling = Pooling::default();

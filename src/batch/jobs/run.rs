@@ -73,7 +73,7 @@ pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
     })
 }
 
-/// The tables keep the id as it is; whoever looks for the file has to know it is named otherwise.
+/// The tables keep the id as it is; a note says that the file's name differs.
 pub(crate) fn note_unsafe_id(outcome: &mut Outcome) {
     let id = &outcome.session.ident.session_id;
     if is_plain(id) {
@@ -113,11 +113,11 @@ pub fn finish(
     let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
     copy.publish(fleet.iter().copied().chain(["report"]))?;
     if copy.is_copy() {
-        settle::list_again(store.root(), &copy, &fleet)?; // it is there only now
+        settle::rescan(store.root(), &copy, &fleet)?; // it is there only now
     }
     match copy.is_whole() {
         true => store.clear_behind()?,
-        false => mark::stay_behind(store.root())?,
+        false => mark::mark_out_of_date(store.root())?,
     }
     Ok(copy)
 }

@@ -20,7 +20,7 @@ use crate::store::objects::Location;
 use crate::store::tables::registry;
 use crate::store::tables::rows::{Ident, Rejected};
 
-/// What became of a log.
+/// Outcome of a log.
 #[derive(Debug)]
 pub(crate) enum Ended<R> {
     /// Computed and written.
@@ -29,7 +29,7 @@ pub(crate) enum Ended<R> {
         input_hash: String,
         /// Samples on the common clock.
         samples: i64,
-        /// What the work gave beside the files, where somebody looks at it.
+        /// Result in addition to the files, if it is shown.
         result: Option<R>,
     },
     /// Was there already, made from the same.
@@ -152,7 +152,7 @@ fn changed(job: &Job, how: &str) -> Rejection {
     Rejection { stage: Stage::Ingest, code: RejectionCode::Changed, message, limits: None }
 }
 
-/// What tells that a file was touched; of an object nothing, since its bytes are asked for by their name.
+/// Stamp that shows whether a file changed; `None` for an object, whose bytes are requested by their ETag.
 #[derive(Debug, PartialEq, Eq)]
 struct Stamp(Option<(u64, SystemTime, [i64; 3])>);
 

@@ -1,4 +1,4 @@
-//! What a batch does with each log, and what it leaves of it in the output.
+//! The work of a batch on each log, and the files that it writes for it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -18,13 +18,13 @@ use crate::store::tables::registry::TableSpec;
 use crate::store::tables::rows::Ident;
 use crate::store::tables::{arrow_stream, file};
 
-/// What is done with one log. What it gives must depend on the log, the bike file, the pipeline, the
-/// channel maps and [`Work::settings`] only: by these a later batch knows whether to do it again.
+/// Work on one log. Its result must depend on the log, the bike file, the pipeline, the channel maps and
+/// [`Work::settings`] only: from these a later batch decides whether to do it again.
 pub trait Work: Sync {
-    /// What a session gives beside its files, for whoever watches the batch.
+    /// Result of a session in addition to its files, shown while the batch runs.
     type Result: Send;
 
-    /// Its files, and how the output keeps account of them.
+    /// Its files and their place in the output.
     fn kind(&self) -> &'static Kind;
 
     /// Its own settings as text, beside pipeline, channel maps and bike file.
@@ -32,12 +32,12 @@ pub trait Work: Sync {
         String::new()
     }
 
-    /// What a worker process does for it; none where it is done in this process only.
+    /// Job of a worker process; `None` if this process does the work.
     fn what(&self) -> Option<JobKind> {
         None
     }
 
-    /// Whether a table that is written on request is asked for.
+    /// Whether a table that is written on request was requested.
     fn is_requested(&self, _table: &TableSpec) -> bool {
         false
     }
@@ -50,18 +50,18 @@ pub trait Work: Sync {
         ingest::identify(log, maps).map_err(Rejection::from)
     }
 
-    /// Whether anybody looks at what a session gives beside its files, in a batch of so many logs.
+    /// Whether the results of sessions are shown, in a batch of so many logs.
     fn is_result_wanted(&self, _logs: usize) -> bool {
         true
     }
 
-    /// How many logs there are, before the first is worked on.
+    /// Called with the number of logs, before the first.
     fn planned(&self, _logs: usize) {}
 
-    /// The last log is done: what served the logs may go, before tables are merged.
+    /// Called after the last log, before tables are merged: resources for the logs may be released.
     fn all_done(&self) {}
 
-    /// From a log to the files of its session.
+    /// Computes the files of a session from its log.
     ///
     /// # Errors
     /// The log cannot be used.
@@ -73,7 +73,7 @@ pub trait Work: Sync {
     ) -> Result<Output<Self::Result>, Rejection>;
 }
 
-/// What a log gives.
+/// Result of one log.
 #[derive(Debug)]
 pub struct Output<R> {
     /// Session, bike and start, as the log was read.
@@ -82,16 +82,16 @@ pub struct Output<R> {
     pub samples: i64,
     /// Its files, the commit marker's among them.
     pub files: Vec<SessionFile>,
-    /// What else, where somebody looks at it.
+    /// Further result, if it is shown.
     pub result: Option<R>,
 }
 
 /// One file of a session, or its share of one: `<folder>/bike=<bike_id>/`.
 #[derive(Debug)]
 pub struct SessionFile {
-    /// The table's name, or that of another folder.
+    /// Folder: a table's name, or another.
     pub folder: &'static str,
-    /// Without the dot.
+    /// Extension, without the dot.
     pub extension: &'static str,
     /// The whole content.
     pub bytes: Vec<u8>,
@@ -99,13 +99,13 @@ pub struct SessionFile {
 
 /// Extension of a session's share of a month's file: an Arrow stream. The month's file is Parquet.
 pub(crate) const SHARE: &str = "arrow";
-/// Extensions of all that a session may leave.
+/// Extensions of a session's files.
 pub(crate) const EXTENSIONS: [&str; 3] = [SHARE, "parquet", "toml"];
 
-/// Tables as the files of a session. What is to be a part of a month's file is not made Parquet twice.
+/// Encodes tables as the files of a session. Shares of a month's file stay Arrow, so that Parquet is written once.
 ///
 /// # Errors
-/// Arrow or Parquet cannot hold one: our own mistake.
+/// Arrow or Parquet cannot encode a table, which is a mistake of the program.
 pub(crate) fn encoded(
     tables: &[(&'static TableSpec, RecordBatch)],
 ) -> Result<Vec<SessionFile>, file::Error> {
@@ -125,12 +125,12 @@ fn unwritable(spec: &TableSpec, source: Mismatch) -> file::Error {
     file::Error::Encode { table: spec.name.to_owned(), source }
 }
 
-/// Does something that may panic; a panic becomes a rejection, and the batch goes on.
+/// Runs something that may panic. A panic becomes a rejection, and the batch goes on.
 pub fn guarded<T>(
     stage: Stage,
     work: impl FnOnce() -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
-    // nothing that outlives the call is changed by it, so there is nothing to be left half-done
+    // the call changes nothing that outlives it, so a panic leaves nothing half-done
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let text = panic
             .downcast_ref::<&str>()

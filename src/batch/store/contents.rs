@@ -25,7 +25,7 @@ use crate::store::tables::registry::TableSpec;
 /// The sessions of an output that one command keeps, as they are found there.
 #[derive(Debug)]
 pub struct Contents {
-    /// Whose they are.
+    /// Command that they belong to.
     pub kind: &'static Kind,
     root: Location,
     /// The files with commit markers.
@@ -34,9 +34,9 @@ pub struct Contents {
     staged: BTreeMap<Key, (Location, Staged)>,
     /// More than one of a key only where somebody copied a file.
     sessions: BTreeMap<Key, Vec<Committed>>,
-    /// Who was made from a log of that name.
+    /// Sessions by the path of their log.
     by_path: BTreeMap<String, Vec<Key>>,
-    /// Who was made from such bytes.
+    /// Sessions by the hash of their log.
     by_hash: BTreeMap<String, Vec<Key>>,
     /// Files of sessions that are missing or not as they were written; looked for by [`Contents::with_damage`].
     damaged: BTreeSet<String>,
@@ -47,7 +47,7 @@ pub struct Contents {
 /// A file with commit markers.
 #[derive(Debug, Clone)]
 struct Marker {
-    /// What tells whether it has changed since.
+    /// Size and time, which show whether it has changed.
     stamp: Stat,
     rows: Vec<Committed>,
 }
@@ -200,23 +200,23 @@ impl Contents {
         self.names.as_ref().is_none_or(|names| names.contains_key(file))
     }
 
-    /// What is there of a session.
+    /// Entries of a session.
     pub fn of(&self, key: &Key) -> &[Committed] {
         self.sessions.get(key).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Who was made from a log of that name.
+    /// Sessions from a log with that path.
     pub fn made_from(&self, path: &str) -> &[Key] {
         self.by_path.get(path).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// What was made from such bytes.
+    /// Entries from a log with that hash.
     pub fn of_bytes<'a>(&'a self, input_hash: &'a str) -> impl Iterator<Item = &'a Committed> {
         let keys = self.by_hash.get(input_hash).into_iter().flatten();
         keys.flat_map(|key| self.of(key)).filter(move |row| row.input_hash == input_hash)
     }
 
-    /// What a session's tables were made from, if it is there once.
+    /// Hash of the log of a session, if the output has the session exactly once.
     pub fn input_hash(&self, key: &Key) -> Option<String> {
         match self.of(key) {
             [one] => Some(one.input_hash.clone()),
@@ -461,7 +461,7 @@ impl Contents {
     }
 }
 
-/// What was opened, if it is there.
+/// The opened file; `None` if there is none.
 fn there<T>(path: &Path, opened: std::io::Result<T>) -> Result<Option<T>, Error> {
     match opened {
         Ok(open) => Ok(Some(open)),

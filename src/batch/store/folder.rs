@@ -13,8 +13,8 @@
 //!
 //! Workers leave each session in one file ([`staged`]), which is there whole or not at all; at the end of the batch all
 //! that waits is taken into the tables ([`merge`]), also what a killed batch has left. All tables are replaced at once
-//! ([`mod@switch`]), so that whoever reads along reads one state of them. Sessions of earlier batches that are no input of this one stay as they are:
-//! the folder is the fleet's archive. A session that is an input again is replaced.
+//! ([`mod@switch`]), so that a reader sees one state of them. Sessions of earlier batches that are no input of this one
+//! stay as they are: the folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::BTreeSet;
 use std::fs::TryLockError;
@@ -43,7 +43,7 @@ use crate::store::tables::names::file_name;
 use crate::store::tables::rows::Rejected;
 use crate::store::tables::{file, read, registry};
 
-/// What the mark [`Kind::behind`] says where only the fleet's tables are missing: builds without them
+/// Text of the mark [`Kind::behind`] if only the fleet's tables are missing: builds without them
 /// made the rest.
 const ONLY_FLEET: &[u8] = b"fleet";
 
@@ -164,7 +164,7 @@ impl Store {
         remove_temporaries(self.root())
     }
 
-    /// What was found in the folder when it was opened.
+    /// Contents of the folder when it was opened.
     pub fn found(&self) -> &Contents {
         &self.found
     }
@@ -230,8 +230,8 @@ impl Store {
         let _ = self.expected.set(expected); // it is said once
     }
 
-    /// What the output has of a session from another ride than a log's, where that ride's own log is not in this batch: no
-    /// log takes its place. Loggers use their file names again.
+    /// Entry of a session with this id from another ride, if the log of that ride is not in this batch: no log takes its
+    /// place. Loggers use their file names again.
     pub fn archived(&self, key: &Key, hash: &str, start: Option<i64>) -> Option<&Committed> {
         self.found.of(key).iter().find(|there| self.is_archived(there, hash, start))
     }
@@ -269,8 +269,8 @@ impl Store {
         file::write_bytes(self.found.staging(&staged.key()), &bytes)
     }
 
-    /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything. Sessions whose
-    /// tables are damaged go on waiting: [`Store::take_error`].
+    /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything.
+    /// Sessions whose tables are damaged go on waiting: [`Store::take_error`].
     ///
     /// # Errors
     /// The output cannot be written; what waits goes on waiting.
@@ -296,7 +296,7 @@ impl Store {
         *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// What is made over all sessions is there, but for the report: tables may be read.
+    /// The tables over all sessions are written, the report is not: tables may be read.
     ///
     /// # Errors
     /// The output cannot be written.
@@ -372,8 +372,8 @@ impl Store {
         self.behind.get().is_some() || is_marked() || lacks() || !self.is_derived_whole()
     }
 
-    /// Whether the tables over all sessions, the list of checksums and the report are as they were written. An object store
-    /// says only whether they are there.
+    /// Whether the tables over all sessions, the list of checksums and the report are as they were written. An object
+    /// store says only whether they are there.
     fn is_derived_whole(&self) -> bool {
         let Some(out) = self.root().as_path() else { return true };
         let list = Manifest::read(self.root());
@@ -405,8 +405,8 @@ impl Store {
         Ok(())
     }
 
-    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are, and the folders that
-    /// could not be searched: what is below these is not gone.
+    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are, and the
+    /// folders that could not be searched: what is below these is not gone.
     ///
     /// # Errors
     /// The folder cannot be read or written.

@@ -1,4 +1,4 @@
-//! Takes sessions out of an output: of tables, fleet, diagnosis and report.
+//! Removes sessions from an output: from tables, fleet, diagnosis and report.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -44,8 +44,8 @@ impl Forgotten {
     }
 }
 
-/// What would be taken out, in order of log; with `for_good` it is. What a killed command has left is done first; a name that
-/// is gone by that is no error.
+/// Sessions to remove, in order of log; with `for_good` they are removed. Work that a killed command left is done first; a
+/// name that is gone by that is no error.
 ///
 /// # Errors
 /// A name that the output has not, another roadbench is writing, or the output cannot be written.
@@ -196,7 +196,7 @@ fn rejections(
     Ok(found)
 }
 
-/// Takes sessions out of the tables of one command.
+/// Removes sessions from the tables of one command.
 fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Result<(), Error> {
     let own: Vec<&Forgotten> = found.iter().filter(|f| !there.of(&f.key()).is_empty()).collect();
     if own.is_empty() {
@@ -213,7 +213,7 @@ fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Re
     store.take_error().map_or(Ok(()), Err)
 }
 
-/// What is made over all sessions, of each command that has any, or had.
+/// Writes the tables over all sessions again, for each command that has or had sessions.
 fn anew(out: &Location) -> Result<(), Error> {
     let is_needed = |kind: &'static Kind| -> Result<bool, Error> {
         let mark = out.join(kind.behind);

@@ -1,7 +1,7 @@
-//! Tables are as they were written, or no number of theirs is given away.
+//! Damaged tables are detected before their numbers are printed or exported.
 //!
-//! A table with a bit that has changed may still be read, with another number in it. Whoever gives the numbers of an
-//! output to a person or a file holds its files against the list of checksums first ([`super::manifest`]). A file that is
+//! A table with a bit that has changed may still be read, with another number in it. Every command that
+//! prints or exports numbers first compares the files with the list of checksums ([`super::manifest`]). A file that is
 //! not on the list, of an older roadbench or a killed run, is taken as it is.
 
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ pub(crate) fn require(out: &Location, wanted: impl Fn(&str) -> bool + Sync) -> R
     says(out, &damaged).map_or(Ok(()), |message| Err(Error::Output(message)))
 }
 
-/// What a command says of files that are missing or not as they were written; nothing where there are none.
+/// Text for files that are missing or damaged; `None` if all are intact.
 pub(crate) fn says(out: &Location, damaged: &BTreeSet<String>) -> Option<String> {
     let first = damaged.first()?;
     let more = match damaged.len() {

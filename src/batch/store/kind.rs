@@ -10,11 +10,11 @@ use crate::store::tables::rows::Rejected;
 pub(crate) const SHARED: &str = "causes/bike=_pooled";
 /// The file in it.
 pub(crate) const SHARED_TABLE: &str = "pooled.parquet";
-/// What several sessions share, as a model for `run --model`, below the output.
+/// Model of shared causes for `run --model`, below the output.
 pub(crate) const SHARED_MODEL: &str = "models/pooled.toml";
-/// What differs between a motorcycle's sessions, below the output.
+/// Table of changes between a motorcycle's sessions, below the output.
 pub(crate) const CHANGES: &str = "changes";
-/// Where what `diagnose` makes over all sessions is, below the output.
+/// Paths of the results of `diagnose` over all sessions, below the output.
 pub(crate) const SHARED_PLACES: [&str; 3] = [SHARED, SHARED_MODEL, CHANGES];
 
 /// How an output keeps account of a command's sessions.
@@ -28,7 +28,7 @@ pub struct Kind {
     pub other_files: &'static [(&'static str, &'static str)],
     /// Folder of sessions that wait to be taken into the tables.
     pub staged: &'static str,
-    /// Folder of the marks of sessions that a roadbench of before was writing.
+    /// Folder of the marks of sessions that an earlier version was writing.
     pub writing: &'static str,
     /// There while what is made over all sessions is older than the sessions.
     pub behind: &'static str,

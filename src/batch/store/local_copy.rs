@@ -142,7 +142,7 @@ impl LocalCopy {
     pub(crate) fn of_whole_folder(out: &Path) -> Result<LocalCopy, Error> {
         let copy = Self::of_folder(out, |_| true)?;
         if !copy.is_whole() {
-            mark::stay_behind(&out.into())?;
+            mark::mark_out_of_date(&out.into())?;
         }
         Ok(copy)
     }
@@ -192,7 +192,7 @@ impl LocalCopy {
         self.left_out.is_empty()
     }
 
-    /// What an error says of tables that are missing or not as they were written; nothing where all are.
+    /// Error text for tables that are missing or damaged; `None` if all are intact.
     pub(crate) fn left_out(&self, out: &Location) -> Option<String> {
         intact::says(out, &self.left_out)
     }

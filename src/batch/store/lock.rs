@@ -12,7 +12,7 @@ use crate::store::objects::replace::open_own;
 use crate::store::objects::url::Url;
 use crate::store::tables::registry;
 
-/// What the file says while it is held for a moment only.
+/// Text of the file while it is held for a moment only.
 const MOMENT: &[u8] = b"for a moment";
 
 /// Held while a run writes.

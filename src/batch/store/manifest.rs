@@ -1,7 +1,7 @@
 //! The checksums of an output's files: `<out>/.roadbench/checksums.json`, BLAKE3 by path below the output.
 //!
-//! A file that is about to change is taken off the list first and comes back with its new checksum: whoever is killed in
-//! between leaves files that are not listed, never a checksum that is wrong.
+//! A file that is about to change is taken off the list first and comes back with its new checksum: a crash in
+//! between leaves unlisted files, never a wrong checksum.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -59,7 +59,7 @@ impl Manifest {
         self.files.iter().map(|(path, sum)| (path.as_str(), sum.as_str()))
     }
 
-    /// What a file should have.
+    /// Checksum that a file should have.
     pub(crate) fn of(&self, path: &str) -> Option<&str> {
         self.files.get(path).map(String::as_str)
     }
@@ -83,7 +83,7 @@ impl Manifest {
     }
 
     /// Takes files off the list.
-    pub(crate) fn take_off<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
+    pub(crate) fn unlist<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         for path in paths {
             self.files.remove(path);
         }
@@ -98,7 +98,7 @@ impl Manifest {
     ///
     /// # Errors
     /// A file cannot be read.
-    pub(crate) fn list_again(&mut self, folder: &Path, below: &[&str]) -> Result<(), Error> {
+    pub(crate) fn rescan(&mut self, folder: &Path, below: &[&str]) -> Result<(), Error> {
         for name in below {
             self.files.retain(|path, _| !is_below(path, name));
             let at = Location::Local(folder.join(name));

@@ -1,7 +1,7 @@
-//! What makes a folder an output: the file `<out>/.roadbench/output.json`, which every batch writes first.
+//! The mark of an output: the file `<out>/.roadbench/output.json`, which every batch writes first.
 //!
-//! Commands that remove or replace files do so only below a folder with this mark. Versions that wrote none are known
-//! by their checksums or by a table of theirs.
+//! Commands that remove or replace files do so only below a folder with this mark. Outputs of versions that wrote no mark
+//! are recognised by their checksums or tables.
 
 use std::io::ErrorKind;
 
@@ -18,15 +18,15 @@ use crate::store::tables::file;
 use crate::store::tables::registry;
 use crate::store::tables::registry::TableSpec;
 
-/// What roadbench keeps for itself of an output.
+/// Folder of internal files, below the output.
 pub(crate) const FOLDER: &str = ".roadbench";
-/// Where the mark is, below the output.
+/// Path of the mark, below the output.
 pub(crate) const PATH: &str = ".roadbench/output.json";
 
-/// The layout of outputs that this version writes.
+/// Version of the output's layout that this program writes.
 const FORMAT: u32 = 1;
 
-/// Tables of which an output of an earlier version has one at least.
+/// Tables: an output of an earlier version has at least one of them.
 const TABLES: [&TableSpec; 3] = [&registry::SESSIONS, &registry::DIAGNOSES, &registry::REJECTED];
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -35,10 +35,10 @@ struct Mark {
     format: u32,
 }
 
-/// Whether this is an output.
+/// Whether a folder is an output.
 ///
 /// # Errors
-/// It cannot be looked at, or a newer roadbench made it.
+/// It cannot be read, or a newer roadbench made it.
 pub fn is_output(root: &Location) -> Result<bool, Error> {
     let fail = |e: std::io::Error| Error::Output(format!("cannot read {root}: {e}"));
     let at = root.join(PATH);
@@ -62,7 +62,7 @@ pub fn is_output(root: &Location) -> Result<bool, Error> {
     Ok(false)
 }
 
-/// A mark that cannot be read is one all the same: only roadbench has a file of that name there.
+/// Checks the version of a mark. A mark that cannot be parsed counts, too: only roadbench writes a file of that name.
 fn check(root: &Location, bytes: &[u8]) -> Result<(), Error> {
     match serde_json::from_slice::<Mark>(bytes) {
         Ok(mark) if mark.format > FORMAT => Err(Error::Usage(format!(
@@ -74,10 +74,10 @@ fn check(root: &Location, bytes: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// Refuses what is no output.
+/// Refuses a folder that is no output.
 ///
 /// # Errors
-/// It is none, cannot be looked at, or a newer roadbench made it.
+/// It is no output, cannot be read, or a newer roadbench made it.
 pub(crate) fn require(root: &Location) -> Result<(), Error> {
     match is_output(root)? {
         true => Ok(()),
@@ -87,16 +87,16 @@ pub(crate) fn require(root: &Location) -> Result<(), Error> {
     }
 }
 
-/// Makes a folder an output. What it has below the names of tables must be ours.
+/// Makes a folder an output. Files in the folders of tables must be roadbench's own.
 ///
 /// # Errors
-/// Somebody else's files are where tables would go, a newer roadbench made it, or it cannot be written.
+/// Other files are where tables would go, a newer roadbench made the output, or it cannot be written.
 pub(crate) fn claim(root: &Location) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::Output(format!("cannot read --out {root}: {e}"));
     if !is_output(root)? {
         for folder in registry::folders() {
             let entries = root.join(folder).list().map_err(fail)?;
-            // a file in place of a folder is told of when the folder is made
+            // a file in place of the folder is reported when the folder is created
             if let Some(first) = entries.iter().find(|e| !e.key.is_empty()) {
                 return Err(Error::Usage(format!(
                     "--out {root}: {folder}/{} is where tables would go, and roadbench did not write it; choose another \
@@ -115,12 +115,12 @@ pub(crate) fn claim(root: &Location) -> Result<(), Error> {
     Ok(file::write_bytes(at, &text)?)
 }
 
-/// Marks what is made over all sessions as older than they are, of each command that has sessions: it was made without
-/// tables that were damaged. They may come back from a backup, which changes no session; the next batch makes it again.
+/// Marks the tables over all sessions as out of date, for each command with sessions: they were made without damaged
+/// tables. Those may come back from a backup, which changes no session; the next batch then makes the tables again.
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn stay_behind(root: &Location) -> Result<(), Error> {
+pub(crate) fn mark_out_of_date(root: &Location) -> Result<(), Error> {
     for kind in [&RUN, &DIAGNOSE] {
         let sessions = root.join(kind.marker.name);
         let has_any =
@@ -132,7 +132,7 @@ pub(crate) fn stay_behind(root: &Location) -> Result<(), Error> {
     Ok(())
 }
 
-/// The table that a Parquet file says to be; none where it is no such file, or no output table.
+/// Table of a Parquet file, by its metadata; `None` if the file is not a table of an output.
 pub(crate) fn table_of(file: impl ChunkReader + 'static) -> Option<&'static TableSpec> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
     registry::find(builder.schema().metadata().get("roadbench.table")?)

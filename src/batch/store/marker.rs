@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use crate::contract::instant;
 use crate::store::objects::Location;
 
-/// Who a session is: two motorcycles may each have one of the same id.
+/// Key of a session: two motorcycles may each have one with the same id.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key {
     /// Its motorcycle.
     pub bike_id: String,
-    /// Its id.
+    /// Id of the session, unique per motorcycle.
     pub session_id: String,
 }
 
@@ -30,7 +30,7 @@ impl Key {
 /// A session whose tables are in the output.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Committed {
-    /// The session.
+    /// Id of the session, unique per motorcycle.
     pub session_id: String,
     /// Its bike: the hive partition.
     pub bike_id: String,
@@ -54,7 +54,7 @@ pub struct Committed {
 }
 
 impl Committed {
-    /// Who it is.
+    /// Bike and id of the session.
     pub fn key(&self) -> Key {
         Key::new(&self.bike_id, &self.session_id)
     }
@@ -62,7 +62,7 @@ impl Committed {
     /// Whether this is another ride than one that began at `start`: loggers use their file names again.
     pub fn is_other_ride(&self, start: Option<i64>) -> bool {
         let Some((own, other)) = self.start.zip(start) else { return false };
-        // midnight is what a log has of which only the day is known, in the zone of whoever filed it
+        // midnight is what a log has of which only the day is known, in an unknown time zone
         let is_day = |at: i64| at.rem_euclid(DAY) == 0;
         let same = if is_day(own) || is_day(other) { SAME_DAY } else { SAME_RIDE };
         own.abs_diff(other) > same

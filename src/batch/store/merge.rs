@@ -1,8 +1,9 @@
 //! Takes the sessions that wait ([`mod@staged`]) into the tables: each file of a motorcycle and month that they
-//! concern is written anew, whole, with its sessions in order of id; then all of them are put in place at once ([`mod@switch`](super::switch)).
+//! concern is written anew, whole, with its sessions in order of id; then all of them are put in place at once
+//! ([`mod@switch`](super::switch)).
 //!
-//! What waits is removed only when all of it is in: whoever is killed over it leaves it to the next, which does the same
-//! once more. A file's bytes depend on the sessions in it only.
+//! What waits is removed only when all of it is in: after a crash the next command does the same
+//! again. A file's bytes depend on the sessions in it only.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -34,7 +35,7 @@ const TOGETHER: usize = 500;
 /// So many of them are read together: they may hold time series.
 const READ: usize = 16;
 
-/// What changes in the files of a motorcycle and month.
+/// Changes in the files of a motorcycle and month.
 #[derive(Debug, Default)]
 struct Group<'a> {
     /// Sessions that go, or are replaced.
@@ -52,8 +53,9 @@ type Come<'a> = (&'a str, Rows);
 /// Whether the output is still ours to write.
 pub(crate) type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 
-/// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until what
-/// is made over all sessions is there, too, and why a motorcycle's month could not be taken in: its sessions go on waiting.
+/// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until
+/// what is made over all sessions is there, too, and why a motorcycle's month could not be taken in: its sessions go on
+/// waiting.
 ///
 /// # Errors
 /// The output cannot be written: what waits goes on waiting.

@@ -1,5 +1,5 @@
-//! Outputs of before, with a file per session and table: their sessions are left to be taken in as if they came from a
-//! batch of today. Nothing is computed; what has no log any more is kept.
+//! Outputs of earlier versions, with a file per session and table: their sessions are left to be taken in as if they
+//! came from a batch of today. Nothing is computed; what has no log any more is kept.
 
 use std::collections::BTreeSet;
 

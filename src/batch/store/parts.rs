@@ -14,7 +14,8 @@ pub(crate) fn of(start: Option<&str>) -> String {
     start.and_then(instant::month).unwrap_or_else(|| UNDATED.to_owned())
 }
 
-/// Whether a file of that name, without extension, has the sessions of a month; outputs of before had a file per session.
+/// Whether a file of that name, without extension, has the sessions of a month; outputs of earlier versions had a file
+/// per session.
 pub(crate) fn is_part(name: &str) -> bool {
     let digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
     let month = |(year, month): (&str, &str)| {

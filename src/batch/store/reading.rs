@@ -22,7 +22,7 @@ impl Reading {
     /// has left half-done is done first. Where the folder cannot be written there is no lock, and what is there is read.
     ///
     /// # Errors
-    /// What a killed run has left cannot be done.
+    /// The rest of a killed run's work fails.
     pub fn of(out: &Path) -> Result<Self, Error> {
         let start = Instant::now();
         loop {
@@ -36,7 +36,7 @@ impl Reading {
             if !settle::is_unfinished(out) {
                 return Ok(Reading(Some(file)));
             }
-            // whoever is at it waits for us, or was killed
+            // the process that switches waits for this one, or was killed
             match Lock::take_over(&out.into()) {
                 Ok(_held) => {
                     drop(file);

@@ -1,5 +1,5 @@
-//! The tables that are made over all sessions, so that they fit the sessions': at the end of every batch, and after one that
-//! was killed in between.
+//! The tables over all sessions are brought up to date with the sessions: at the end of every batch, and after a batch
+//! that was killed before that.
 
 use super::kind::{CHANGES, DIAGNOSE, RUN, SHARED, SHARED_PLACES};
 use super::local_copy::LocalCopy;
@@ -11,38 +11,38 @@ use crate::batch::jobs::pooled::{self, OverAll};
 use crate::store::objects::Location;
 use crate::store::tables::registry;
 
-/// The fleet's tables.
+/// Writes the fleet's tables.
 ///
 /// # Errors
-/// A table cannot be read, or the output not be written.
+/// A table cannot be read, or the output cannot be written.
 pub(crate) fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
     let made: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
-    take_off(root, &made)?;
+    unlist(root, &made)?;
     #[cfg(feature = "fleet")]
     crate::batch::fleet::tables::write(copy.folder())?;
     if root.is_remote() {
-        return Ok(()); // they are put when the report is there, too
+        return Ok(()); // they are uploaded together with the report
     }
     copy.publish(made.iter().copied())?;
-    list_again(root, copy, &made)
+    rescan(root, copy, &made)
 }
 
-/// What diagnosed sessions share, and what differs between a motorcycle's.
+/// Writes the effects that diagnosed sessions share, and the changes between a motorcycle's rides.
 ///
 /// # Errors
 /// As [`fleet`].
 pub(crate) fn pooled(root: &Location, copy: &LocalCopy) -> Result<OverAll, Error> {
-    take_off(root, &SHARED_PLACES)?;
+    unlist(root, &SHARED_PLACES)?;
     let over_all = pooled::write(root, copy)?;
     if !root.is_remote() {
         copy.publish([SHARED, CHANGES])?;
-        list_again(root, copy, &SHARED_PLACES)?;
+        rescan(root, copy, &SHARED_PLACES)?;
     }
     Ok(over_all)
 }
 
-/// Makes what a killed batch has not: its tables are in place, and what is made over all sessions is older. The output is
-/// locked by the caller.
+/// Writes the tables over all sessions that a killed batch did not write, although the sessions' tables are in place. The
+/// caller has locked the output.
 ///
 /// # Errors
 /// As [`fleet`].
@@ -67,16 +67,16 @@ pub(crate) fn after_kill(root: &Location) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether tables wait to be put in place, or are newer than what is made over all sessions.
+/// Whether a killed batch left work: tables to put in place, or tables over all sessions that are out of date.
 pub(crate) fn is_unfinished(out: &std::path::Path) -> bool {
     [super::switch::COMMIT, RUN.switched, DIAGNOSE.switched]
         .iter()
         .any(|mark| out.join(mark).is_file())
 }
 
-/// Takes what is below some paths off the list of checksums: whoever is killed while it changes leaves files that are not
-/// listed, never a checksum that is wrong.
-fn take_off(root: &Location, below: &[&str]) -> Result<(), Error> {
+/// Removes the files below some paths from the list of checksums. A crash in between leaves unlisted files, never a wrong
+/// checksum.
+fn unlist(root: &Location, below: &[&str]) -> Result<(), Error> {
     let mut list = Manifest::read(root);
     if !list.is_there {
         return Ok(());
@@ -87,20 +87,20 @@ fn take_off(root: &Location, below: &[&str]) -> Result<(), Error> {
     if paths.is_empty() {
         return Ok(());
     }
-    list.take_off(paths.iter().map(String::as_str));
+    list.unlist(paths.iter().map(String::as_str));
     list.write(root)
 }
 
-/// Lists the checksums of what was made over all sessions.
+/// Lists the checksums of the tables over all sessions.
 ///
 /// # Errors
-/// A file cannot be read, or the list not be written.
-pub(crate) fn list_again(root: &Location, copy: &LocalCopy, below: &[&str]) -> Result<(), Error> {
+/// A file cannot be read, or the list cannot be written.
+pub(crate) fn rescan(root: &Location, copy: &LocalCopy, below: &[&str]) -> Result<(), Error> {
     let before = Manifest::read(root);
     let mut list = match before.is_there {
         true => before.clone(),
         false => verify::adopt(root)?,
     };
-    list.list_again(copy.folder(), below)?;
+    list.rescan(copy.folder(), below)?;
     if list == before { Ok(()) } else { list.write(root) }
 }

@@ -29,21 +29,21 @@ pub(crate) const EXTENSION: &str = "session";
 /// Key of the metadata.
 const KEY: &str = "roadbench.staged";
 
-/// Whose files these are.
+/// Session of staged files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Staged {
     /// Its motorcycle.
     pub bike_id: String,
-    /// The session.
+    /// Id of the session, unique per motorcycle.
     pub session_id: String,
-    /// What it was made from; none where it is to be taken out.
+    /// Its commit entry; `None` if the session is to be removed.
     pub made: Option<Committed>,
     /// The folders that it has files for.
     pub folders: Vec<String>,
 }
 
 impl Staged {
-    /// Who it is.
+    /// Bike and id of the session.
     pub fn key(&self) -> Key {
         Key::new(&self.bike_id, &self.session_id)
     }
@@ -86,7 +86,7 @@ pub(crate) fn encode(staged: &Staged, files: &[SessionFile]) -> Result<Vec<u8>, 
     Ok(bytes)
 }
 
-/// Whose file it is; `None` where it is no such file.
+/// Session of a staged file; `None` if it is no such file.
 pub(crate) fn head(file: &impl ChunkReader) -> Option<Staged> {
     let about = ParquetMetaDataReader::new().parse_and_finish(file).ok()?;
     let pairs = about.file_metadata().key_value_metadata()?;

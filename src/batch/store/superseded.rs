@@ -11,8 +11,8 @@ use crate::batch::workers::blame;
 use crate::store::objects::Location;
 use crate::store::tables::rows::Rejected;
 
-/// What a log was before that gives the session `made`: sessions that were made from a log of its name, and those that were
-/// made from the same bytes under a name that is no more. Another ride that had the log's name stays.
+/// Earlier sessions of the log that gives the session `made`: sessions from a log with its path, and sessions from the
+/// same bytes under a path that no longer exists. Another ride that had the log's name stays.
 pub(crate) fn by(
     made: &Committed,
     found: &Contents,
@@ -53,8 +53,8 @@ pub(crate) fn with_rejected(
 /// channel map.
 fn loses(key: &Key, found: &Contents, rejected: &Rejected) -> bool {
     let is_as_it_was = |row: &Committed| rejected.input_hash.as_ref() == Some(&row.input_hash);
-    let is_a_maps = || blame::may_be_a_maps(rejected) && found.of(key).iter().any(is_as_it_was);
-    blame::is_the_logs(rejected) && !is_a_maps()
+    let is_a_maps = || blame::may_be_map_fault(rejected) && found.of(key).iter().any(is_as_it_was);
+    blame::is_own_fault(rejected) && !is_a_maps()
 }
 
 /// The session that was made from a rejected log. What another log gave, or another ride that had the log's name, is not it.

@@ -8,8 +8,8 @@
 //!                                  they are switched
 //! ```
 //!
-//! Whoever is killed before `next.json` is there has changed nothing; after that, whoever comes next carries on: every step
-//! may be done twice. In an object store nothing can be renamed: there objects are put one by one, and what changes is
+//! A crash before `next.json` exists changes nothing. After a later crash the next command continues: every step may
+//! be done twice. In an object store nothing can be renamed: there objects are put one by one, and what changes is
 //! off the list of checksums meanwhile.
 
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ use crate::store::tables::file;
 
 /// Folder of files that are to be put in place.
 const NEXT: &str = ".roadbench/next";
-/// What is to be done with them.
+/// List of the replacements, below the output.
 pub(crate) const COMMIT: &str = ".roadbench/next.json";
 /// Held by who reads the tables, and by who switches them.
 pub(crate) const LOCK: &str = ".roadbench/tables.lock";
@@ -106,13 +106,13 @@ pub(crate) fn recover(root: &Location) -> Result<(), Error> {
 /// Files below the output that change: their new checksum, none where they go.
 pub(crate) type Changes = BTreeMap<String, Option<String>>;
 
-/// What `next.json` says.
+/// Content of `next.json`.
 #[derive(Debug, Serialize, Deserialize)]
 struct Commit {
     /// The mark that is there until what is made over all sessions fits.
     mark: String,
     changes: Changes,
-    /// What is removed when all is in place: the sessions that waited.
+    /// Files to remove after the switch: the staged sessions.
     then_remove: Vec<String>,
 }
 
@@ -138,7 +138,7 @@ impl<'a> Next<'a> {
     ) -> Result<Self, Error> {
         if root.is_remote() {
             let mut off = list.clone();
-            off.take_off(concerned().iter().map(String::as_str));
+            off.unlist(concerned().iter().map(String::as_str));
             off.write(root)?;
         }
         Ok(Next { root, kind, list })
@@ -205,7 +205,7 @@ impl<'a> Next<'a> {
         changes: Changes,
         then_remove: &[&Location],
     ) -> Result<Option<Switching>, Error> {
-        self.list.take_off(changes.keys().map(String::as_str));
+        self.list.unlist(changes.keys().map(String::as_str));
         for (path, sum) in &changes {
             if let Some(sum) = sum {
                 self.list.put(path.clone(), sum.clone());
@@ -338,7 +338,7 @@ mod tests {
         for gone in ["t/b", ".roadbench/staged/s", COMMIT, NEXT] {
             assert!(!folder.join(gone).exists(), "{gone} is still there");
         }
-        assert!(folder.join(RUN.switched).is_file(), "the fleet's tables are of before");
+        assert!(folder.join(RUN.switched).is_file(), "the fleet's tables are older");
         recover(&folder.into()).expect("twice is once");
         assert_eq!(text(folder, "t/a").as_deref(), Some("new"));
     }

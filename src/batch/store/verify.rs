@@ -24,7 +24,7 @@ use crate::store::tables::read;
 use crate::store::tables::registry;
 use crate::store::tables::registry::{Scope, TableSpec};
 
-/// What is wrong with a file or a session.
+/// Kind of a finding on a file or a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wrong {
     /// A file has other bytes than were written.
@@ -39,13 +39,13 @@ pub enum Wrong {
     Foreign,
     /// Rows of sessions that have no commit marker, among others.
     OrphanRows,
-    /// What a killed run left.
+    /// Remains of a killed run.
     LeftOver,
     /// Sessions wait to be taken into the tables.
     Waiting,
     /// The log is not there any more.
     LogMissing,
-    /// The log cannot be read: whether it is as it was cannot be told.
+    /// The log cannot be read: whether it is unchanged is unknown.
     LogUnreadable,
     /// The log has other bytes now.
     LogChanged,
@@ -79,7 +79,7 @@ impl Wrong {
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Finding {
-    /// What.
+    /// Kind of the finding.
     pub wrong: Wrong,
     /// The file below the output, or the log.
     pub place: String,
@@ -94,14 +94,14 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What was looked at, and what is wrong.
+/// Counts of what was checked, and the findings.
 #[derive(Debug, Default)]
 pub struct Verified {
     /// Files of tables, models and fleet.
     pub files: usize,
     /// Of those, without a checksum: written by an older roadbench, or by a run that was killed.
     pub unlisted: usize,
-    /// Sessions.
+    /// Number of sessions in the tables.
     pub sessions: usize,
     /// Logs that were read.
     pub logs: usize,
@@ -120,7 +120,7 @@ pub fn verify(out: &Location, logs: bool) -> Result<Verified, Error> {
     look(out, logs)
 }
 
-/// What [`mend`] did.
+/// Files that [`mend`] changed.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Mended {
     /// Files that are removed, below the output.
@@ -168,7 +168,7 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     // what stays on the list is made again by the next run; no run makes again what was given up, or was nobody's
     let orphans = found.findings.iter().filter(|f| f.wrong == Wrong::Orphan).map(|f| &f.place);
     if list.is_there {
-        list.take_off(given_up.iter().chain(orphans).map(String::as_str));
+        list.unlist(given_up.iter().chain(orphans).map(String::as_str));
         list.write(out)?; // else the next run makes one
     }
     for kind in [&kind::RUN, &kind::DIAGNOSE] {
@@ -335,7 +335,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
     Ok(done)
 }
 
-/// What is wrong with a file by itself.
+/// Finding on one file by itself.
 fn file(out: &Location, path: &str, sum: Option<&str>) -> Option<Finding> {
     let finding = |wrong, detail| Some(Finding { wrong, place: path.to_owned(), detail });
     let bytes = match out.join(path).read() {
@@ -389,7 +389,7 @@ fn is_place_of_ours(path: &str) -> bool {
 /// The table of what sessions share.
 const POOLED_TABLE: &str = "causes/bike=_pooled/pooled.parquet";
 
-/// What is wrong with the rows of sessions, table by table.
+/// Findings on the rows of sessions, table by table.
 fn rows(
     out: &Location,
     kind: &'static Kind,
@@ -411,7 +411,7 @@ fn rows(
             let always = spec.presence == registry::Presence::Always;
             match paths.contains(&path) {
                 true if !damaged.contains(&path) => work.push((spec, path)),
-                // one that is on the list is told already
+                // one that is on the list is reported already
                 false if always && !damaged.contains(&path) => findings.push(Finding {
                     wrong: Wrong::Missing,
                     place: path,
@@ -435,7 +435,7 @@ fn rows(
     let look = |(spec, path): &(&TableSpec, String)| {
         let rest = path.strip_prefix(&format!("{}/bike=", spec.name))?;
         let sessions = parts_of.get(&rest.strip_suffix(".parquet")?.split_once('/')?)?;
-        let ids = ids(&out.join(path)).ok()?; // told already
+        let ids = ids(&out.join(path)).ok()?; // reported already
         let strange: Vec<&str> =
             ids.iter().map(String::as_str).filter(|id| !sessions.contains(id)).collect();
         let [first, ..] = strange[..] else { return None };
@@ -467,7 +467,7 @@ fn ids(at: &Location) -> Result<BTreeSet<String>, Mismatch> {
     Ok(ids)
 }
 
-/// What is wrong with a session's log.
+/// Finding on a session's log.
 fn log(path: &str, hash: &str) -> Option<Finding> {
     let finding = |wrong, detail: &str| {
         Some(Finding { wrong, place: path.to_owned(), detail: detail.to_owned() })

@@ -1,18 +1,18 @@
-//! Results in the order of the logs, in whatever order the workers finish them.
+//! Results in the order of the logs, although workers finish in another order.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-/// Hands results on in order of path; those that are finished early wait for the ones before them.
+/// Passes results on in order of path; a result that is early waits for those before it.
 pub(crate) struct InOrder<R, F> {
     queue: Mutex<Queue<R>>,
     show: F,
 }
 
 struct Queue<R> {
-    /// Place of each log that is not through yet.
+    /// Place of each log that is not finished.
     places: BTreeMap<String, usize>,
-    /// What is finished, by place; `None` of a log that has no result.
+    /// Finished logs by place; `None` if the log has no result.
     finished: BTreeMap<usize, Option<R>>,
     next: usize,
 }
@@ -24,13 +24,13 @@ impl<R, F: Fn(R)> InOrder<R, F> {
         InOrder { queue: Mutex::new(queue), show }
     }
 
-    /// Sets the order.
+    /// Sets the order of the results: that of `logs`.
     pub(crate) fn expect(&self, logs: &[String]) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         queue.places = logs.iter().cloned().enumerate().map(|(k, log)| (log, k)).collect();
     }
 
-    /// A log is through, with a result if it was computed.
+    /// Records a finished log, with its result if it was computed.
     pub(crate) fn finished(&self, log: &str, result: Option<R>) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(place) = queue.places.remove(log) else { return };
@@ -43,7 +43,7 @@ impl<R, F: Fn(R)> InOrder<R, F> {
         }
     }
 
-    /// Shows what waits for logs that were never finished: the batch was stopped.
+    /// Shows the results that still wait, after a batch was stopped.
     pub(crate) fn flush(&self) {
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = std::mem::take(&mut queue.finished);

@@ -26,7 +26,7 @@ use crate::pipeline::Rejection;
 use crate::store::objects::Location;
 use crate::store::tables::rows::Rejected;
 
-/// What became of the inputs of a batch.
+/// Outcomes of a batch's inputs, counted.
 #[derive(Debug, Default)]
 pub struct Accounts {
     /// Inputs found.
@@ -77,7 +77,8 @@ pub fn run<W: Work>(
     run_if(settings, work, watch, stop, |_, _| Ok(()))
 }
 
-/// Runs the batch, if `check` lets it with these logs and this folder of bike files. `stop` ends it early: sessions under way are finished, no other is begun.
+/// Runs the batch, if `check` lets it with these logs and this folder of bike files. `stop` ends it early: sessions
+/// under way are finished, no other is begun.
 ///
 /// Gives back the output too, still locked: no other batch writes there until it is dropped. A
 /// single log is always computed, so that its results can be shown.
@@ -195,20 +196,20 @@ fn refuse<R>(
     Ok(())
 }
 
-/// What a batch would do with an input, and why.
+/// Plan of a batch for one input, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Intended {
-    /// The log.
+    /// Path or URL of the log, as in the tables.
     pub log: String,
-    /// The session, where it can be told.
+    /// The session, if known.
     pub session_id: Option<String>,
-    /// What would become of it; [`State::Rejected`] stands for what is refused before it is read.
+    /// Expected outcome; [`State::Rejected`] if it is refused before it is read.
     pub state: State,
     /// Why, in words; empty where nothing would be done.
     pub why: String,
 }
 
-/// What [`run`] would do, in order of path. Writes nothing and needs no lock.
+/// Plan of [`run`], in order of path. Writes nothing and needs no lock.
 ///
 /// # Errors
 /// As [`run`] before it writes.
@@ -282,7 +283,7 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
     Ok(all)
 }
 
-/// What a dry run says of sessions that go; nothing where none does.
+/// Text of a dry run for sessions that would be removed; empty if there are none.
 fn going(sessions: impl IntoIterator<Item = Key>) -> String {
     let words = |Key { bike_id, session_id }: Key| {
         format!("; removes session `{session_id}` of {bike_id}, which was made from this log")
@@ -290,7 +291,7 @@ fn going(sessions: impl IntoIterator<Item = Key>) -> String {
     sessions.into_iter().map(words).collect()
 }
 
-/// What the workers share.
+/// State that the workers share.
 struct Shared<'a> {
     settings: Settings<'a>,
     store: &'a Store,

@@ -1,10 +1,10 @@
-//! Who is told how far a batch is.
+//! Observers of a batch's progress.
 
 use serde::{Deserialize, Serialize};
 
 use crate::store::tables::rows::Rejected;
 
-/// What became of an input.
+/// Outcome of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -19,11 +19,11 @@ pub enum State {
 /// One input that is through, for progress and logs.
 #[derive(Debug)]
 pub struct Finished<'a> {
-    /// The log.
+    /// Path or URL of the log, as in the tables.
     pub log: &'a str,
-    /// The session, where it could be told.
+    /// The session, if known.
     pub session_id: Option<&'a str>,
-    /// What became of it.
+    /// Outcome.
     pub state: State,
     /// Why, if it was rejected: code and message.
     pub why: Option<(&'a str, &'a str)>,

@@ -80,7 +80,7 @@ fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Resu
             out,
             "{:<24}{:>6}{rate:>9}{:>9}{:>10.1}{:>6}{:>11}{:>11}{:>11}  {}",
             c.channel,
-            c.unit,
+            c.unit.replace("s2", "s²"),
             c.samples,
             c.missing,
             c.gaps,
@@ -108,7 +108,10 @@ fn write_channels_narrow(channels: &[ChannelFacts], out: &mut String) -> std::fm
         writeln!(
             out,
             "{:<22}{:>6}{:>7.1}{min:>10}{median:>10}{max:>10}  {}",
-            c.channel, c.unit, c.missing, c.verdict
+            c.channel,
+            c.unit.replace("s2", "s²"),
+            c.missing,
+            c.verdict
         )?;
     }
     Ok(())
@@ -121,12 +124,24 @@ fn write_estimates(estimates: &[Estimate], out: &mut String) -> std::fmt::Result
         ("assumed", "Taken from the bike file, its defaults or a rule"),
     ];
     for (status, title) in titles {
-        let mut rows = estimates.iter().filter(|e| e.status == status).peekable();
-        if rows.peek().is_some() {
+        let rows: Vec<&Estimate> = estimates.iter().filter(|e| e.status == status).collect();
+        if !rows.is_empty() {
             writeln!(out, "\n{title}")?;
         }
-        for e in rows {
-            write!(out, "  {:<8}{}", e.tyre, e.coefficients.join(", "))?;
+        // what both tyres take alike is said once
+        let same = |a: &Estimate, b: &Estimate| {
+            (&a.coefficients, &a.riding, &a.missing_channels)
+                == (&b.coefficients, &b.riding, &b.missing_channels)
+        };
+        for (i, e) in rows.iter().enumerate() {
+            if rows[..i].iter().any(|before| same(before, e)) {
+                continue;
+            }
+            let tyre = match rows[i + 1..].iter().any(|after| same(after, e)) {
+                true => "both",
+                false => e.tyre,
+            };
+            write!(out, "  {tyre:<8}{}", e.coefficients.join(", "))?;
             match status {
                 "assumed" => writeln!(out)?,
                 "possible" => writeln!(out, "\n          from {}", e.riding)?,

@@ -1,7 +1,7 @@
-//! Calibration off-road: what every candidate gains on null simulations, rides on which the base is right.
+//! Calibration off-road: what every candidate gains on fault-free simulations, rides on which the base is right.
 //!
 //! A motocross ride cannot be simulated again: a few centimetres at take-off decide where it lands. So a
-//! null simulation is the measured ride with the residuals it would have if the rider were B: the motion
+//! fault-free simulation is the measured ride with the residuals it would have if the rider were B: the motion
 //! is kept and the tyre forces follow, so the equations hold exactly but for
 //!
 //! - a bike that is not quite as its file says ([`uncertain`](super::uncertain)), drawn anew for each;
@@ -9,7 +9,7 @@
 //!   nobody thought of. Each jump, whoops or corner keeps its own, turned over in sign at
 //!   random, so that size and colour stay and what they have in common with a candidate does not.
 //!
-//! A noisier log has noisier null simulations.
+//! A noisier log has noisier fault-free simulations.
 
 use rayon::prelude::*;
 
@@ -20,12 +20,12 @@ use crate::diagnose::calibration::{Calibration, Cell, Rms, floor, rms, threshold
 use crate::statistics::order::median_or_zero;
 use crate::statistics::random::Random;
 
-/// What scores are measured by off-road.
+/// Scale of the scores off-road.
 #[derive(Debug, Clone)]
 pub struct GainScale {
     /// Root mean square of the root of each candidate's gain.
     pub scale: Vec<f64>,
-    /// Largest score of the null simulations that is still usual, in `scale`.
+    /// Largest score of the fault-free simulations that is still usual, in `scale`.
     pub threshold: f64,
 }
 
@@ -33,7 +33,7 @@ pub struct GainScale {
 /// logarithm.
 pub(crate) type OffroadCalibration = Calibration<GainScale>;
 
-/// Where null simulations are drawn from.
+/// Where fault-free simulations are drawn from.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source<'a> {
     /// The ride's residuals.
@@ -48,14 +48,14 @@ pub(crate) struct Source<'a> {
     pub seed: u64,
 }
 
-/// What one null simulation shows.
+/// Gains and residuals of one fault-free simulation.
 struct Shown {
     gains: Vec<f64>,
     values: Vec<f64>,
     sizes: Rms,
 }
 
-/// Draws null simulations.
+/// Draws fault-free simulations.
 pub(crate) fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration {
     let problem = source.problem;
     let linear: Vec<Linear> = (0..ALL.len()).map(|j| problem.linear(&[j])).collect();
@@ -74,17 +74,17 @@ pub(crate) fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration
     let top = |number: usize| -> f64 {
         (0..ALL.len()).map(|j| gains[j][number].sqrt() / scale[j]).fold(0.0, f64::max)
     };
-    let mut tops: Vec<f64> = (0..nulls).map(top).collect();
-    tops.sort_by(f64::total_cmp);
-    let threshold = threshold(tops.clone()).max(1.0);
-    tops.iter_mut().for_each(|t| *t /= threshold);
+    let mut largest_scores: Vec<f64> = (0..nulls).map(top).collect();
+    largest_scores.sort_by(f64::total_cmp);
+    let threshold = threshold(largest_scores.clone()).max(1.0);
+    largest_scores.iter_mut().for_each(|t| *t /= threshold);
     let bias = (0..ALL.len())
         .map(|j| match problem.curves[j].logarithmic() {
             true => 0.0,
             false => median_or_zero(&of(&|s| &s.values, j)),
         })
         .collect();
-    Calibration { bias, nulls, tops, floor, scale: GainScale { scale, threshold } }
+    Calibration { bias, nulls, largest_scores, floor, scale: GainScale { scale, threshold } }
 }
 
 impl Source<'_> {

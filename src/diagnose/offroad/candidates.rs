@@ -1,4 +1,4 @@
-//! What the base model (rider B, the bike file's fork) may leave out.
+//! What the nominal model (rider B, the bike file's fork) may leave out.
 
 use super::declaration::Declaration;
 use super::{rider_motion, suspension};

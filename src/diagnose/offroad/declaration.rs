@@ -11,18 +11,18 @@ use crate::estimate::offroad::rider;
 pub(crate) struct Declaration {
     /// Its name, words and bounds; its place is that in [`ALL`](super::candidates::ALL).
     pub candidate: Candidate,
-    /// Candidates that flights, where they show best, cannot tell apart; one of them alone is named.
+    /// Candidates that flights, where they show best, cannot tell apart; only one of them is identified.
     pub family: Option<&'static str>,
     /// How it changes the residuals of a ride.
     pub curve: fn(&Ride<'_>) -> Curve,
 }
 
-/// What candidates are made from.
+/// Data from which candidates compute their residuals.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ride<'a> {
-    /// The residuals.
+    /// Block residuals of the equations of motion.
     pub residuals: &'a Residuals,
-    /// The estimate.
+    /// Tyre forces and rider motion, sample by sample.
     pub estimate: &'a Estimate,
     /// The riders' settings.
     pub rider: &'a rider::Config,

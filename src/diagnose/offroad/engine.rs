@@ -1,4 +1,4 @@
-//! The off-road side of the diagnosis engine: residuals that no tyre force explains, null simulations on
+//! The off-road side of the diagnosis engine: residuals that no tyre force explains, fault-free simulations on
 //! the measured motion, a fit of every candidate at every stage.
 
 use std::cell::OnceCell;
@@ -20,7 +20,7 @@ use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate as Forces;
 use crate::store::tables::rows::DiscrepancyRow;
 
-/// How many times the largest of its null simulations the residual is that named causes leave where
+/// How many times the largest of its fault-free simulations the residual is that identified causes leave where
 /// something is unexplained: a named cause is not quite exact.
 const LEFT: f64 = 1.5;
 /// Fewest blocks in which structure is looked for.
@@ -34,7 +34,7 @@ pub(crate) fn lost_rows(warnings: &[Warning]) -> impl Iterator<Item = &Warning> 
     warnings.iter().filter(|w| LOST.contains(&w.code))
 }
 
-/// An off-road ride with its residuals and null simulations.
+/// An off-road ride with its residuals and fault-free simulations.
 #[derive(Debug)]
 pub(crate) struct OffroadEngine<'a> {
     /// The ride's residuals.
@@ -45,13 +45,13 @@ pub(crate) struct OffroadEngine<'a> {
     pub bare: &'a [f64],
     /// The fit with every candidate free.
     pub everything: &'a Fit,
-    /// What null simulations show.
+    /// Calibration by fault-free simulations.
     pub calibration: &'a OffroadCalibration,
-    /// The forces that the residuals are left by.
+    /// The tyre forces that the residuals belong to.
     pub forces: &'a Forces,
-    /// What their estimate noticed.
+    /// Warnings of their estimate.
     pub warnings: &'a [Warning],
-    /// The constants of the naming.
+    /// The tuned constants.
     pub tuning: OffroadTuning,
 }
 
@@ -121,7 +121,7 @@ impl OffroadEngine<'_> {
             Curve::Nodes { .. } if is_inside(*place, size) => None,
             Curve::Nodes { .. } => Some(Refusal::Implausible(size)),
         };
-        // of one family one alone is named: together they would only share out what is seen
+        // of one family only one is identified: together they would only share out what is seen
         let family = ALL[*place].family;
         let related =
             family.is_some() && named.iter().any(|c| ALL[c.candidate.place].family == family);
@@ -134,7 +134,7 @@ impl OffroadEngine<'_> {
             .or(related.then_some(Refusal::Related))
     }
 
-    /// Whether a candidate of usual size would be beyond the null simulations, and its number known to
+    /// Whether a candidate of usual size would be beyond the fault-free simulations, and its number known to
     /// half of itself.
     fn is_identifiable(&self, model: &Fit, place: usize) -> bool {
         let problem = self.problem;
@@ -189,7 +189,7 @@ impl Engine for OffroadEngine<'_> {
         }
     }
 
-    fn first(&self) -> Stage {
+    fn nominal_stage(&self) -> Stage {
         self.stage(self.problem.fit(self.bare, &[], None), Vec::new())
     }
 
@@ -200,7 +200,7 @@ impl Engine for OffroadEngine<'_> {
             bias: self.calibration.bias[t.place],
             score: self.calibration.score(t.place, t.gain),
             gain: t.gain,
-            relieves: false,
+            makes_plausible: false,
         };
         stage.tried.iter().map(judged).collect()
     }
@@ -243,7 +243,7 @@ impl Engine for OffroadEngine<'_> {
         (!carries).then_some(Refusal::NotHeldOut)
     }
 
-    fn join(&self, stage: Stage, refit: Refit<Fit>, _: &[Cause]) -> Stage {
+    fn add_cause(&self, stage: Stage, refit: Refit<Fit>, _: &[Cause]) -> Stage {
         self.stage(refit.model, with(&stage.named, refit.judged.candidate.place))
     }
 
@@ -251,7 +251,7 @@ impl Engine for OffroadEngine<'_> {
         let too_much = |(t, j): (&Tried, &Judged)| self.irrelevant(t, j.score, &[]).is_none();
         let unexplained = named.is_empty() && stage.tried.iter().zip(&judged).any(too_much);
         for cause in &mut named {
-            // a rival that was named itself is no equivalent
+            // a rival that was identified itself is no equivalent
             cause.retain_equivalents(|rival| {
                 stage.named.iter().all(|&k| ALL[k].candidate.name != rival)
             });
@@ -286,7 +286,7 @@ impl Engine for OffroadEngine<'_> {
         self.by_cell(&naming.extended.residual)
     }
 
-    fn noisier(&self, _: &Rms) -> Vec<f64> {
+    fn noise_factors(&self, _: &Rms) -> Vec<f64> {
         vec![1.0; CHANNELS.len()]
     }
 
@@ -332,7 +332,7 @@ impl Engine for OffroadEngine<'_> {
         [before - out(&named, &naming.extended), before - out(&every, self.everything)]
     }
 
-    /// What is left beyond sensors and bike file once everything named is in.
+    /// The misfit that sensors, bike file and causes do not explain.
     fn unexplained(
         &self,
         naming: &Naming<Fit>,

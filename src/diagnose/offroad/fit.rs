@@ -25,7 +25,7 @@ const GOLDEN: usize = 8;
 const NEAR: f64 = 0.4;
 /// Farthest that the bike may be off its file, in standard deviations.
 const FARTHEST: f64 = 3.0;
-/// What a model is uncertain by, as a share of the number: a body is not quite a low-pass.
+/// Model error of a frequency, as a share of it: a body is not quite a low-pass.
 const BODY: f64 = 0.04;
 /// The same of a force that changes its sign: what is smoothed is a little less. Simulated rides with 60
 /// and 120 N of friction came out at 88 to 100 % of it.
@@ -34,14 +34,14 @@ const FRICTION: f64 = 0.08;
 /// One candidate with its number; `None` is the base.
 pub(crate) type Value = Option<f64>;
 
-/// What a fit needs.
+/// Residuals, candidates and priors of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
     /// Where the blocks belong.
     pub blocks: Vec<Block>,
     /// Candidates.
     pub curves: Vec<Curve>,
-    /// What the bike file may be wrong by, one standard deviation each: fitted along with everything,
+    /// Errors of the bike file, one standard deviation each: fitted along with everything,
     /// each held to zero by its own uncertainty.
     pub uncertain: Vec<Vec<f64>>,
     /// One over the standard deviation of every block's channel.

@@ -38,7 +38,7 @@ const SHARE: f64 = 0.5;
 pub(crate) struct Channel {
     /// In the tables.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit of the residual.
     pub unit: &'static str,
     /// Rows of the equations without which it is not there.
     rows: &'static [usize],

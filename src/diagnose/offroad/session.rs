@@ -12,7 +12,7 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::diagnose::cause::Naming;
-use crate::diagnose::engine::name;
+use crate::diagnose::engine::identify_causes;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate;
@@ -33,13 +33,13 @@ const USUAL: Noise = Noise { qdd: [0.5, 0.35, 0.8, 0.6, 1.0], fs: [40.0, 20.0], 
 /// The diagnosis of an off-road session.
 #[derive(Debug, Clone)]
 pub struct OffroadDiagnosis {
-    /// Who and when.
+    /// Session, bike and start.
     pub ident: Ident,
     /// Candidates with their verdicts.
     pub naming: Naming<Fit>,
-    /// What null simulations show.
+    /// Calibration by fault-free simulations.
     pub calibration: OffroadCalibration,
-    /// The riders' settings with what is named of the rider: rider C with these is the extended model.
+    /// The riders' settings with the identified motion of the rider: rider C with these is the extended model.
     pub rider: rider::Config,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
@@ -115,7 +115,7 @@ pub fn diagnose(
     Ok(OffroadDiagnosis { ident, naming, calibration, rider, causes, discrepancies, n_samples })
 }
 
-/// What one pass over the candidates needs.
+/// Inputs of one pass over the candidates.
 struct Pass<'a> {
     residuals: &'a Residuals,
     bare: &'a [f64],
@@ -126,7 +126,7 @@ struct Pass<'a> {
     nulls: usize,
 }
 
-/// What one pass finds.
+/// Result of one pass.
 struct Found {
     naming: Naming<Fit>,
     calibration: OffroadCalibration,
@@ -160,7 +160,7 @@ impl Pass<'_> {
             warnings,
             tuning: OffroadTuning::default(),
         };
-        let naming = name(&engine);
+        let naming = identify_causes(&engine);
         let is_wrong_on_the_ground = engine.is_wrong_on_the_ground(&naming);
         let discrepancies = tables::discrepancies(&engine, &naming, ident);
         let causes = tables::causes(&engine, &naming, &discrepancies, ident);
@@ -168,7 +168,7 @@ impl Pass<'_> {
     }
 }
 
-/// A rider's settings with what is named of the rider.
+/// A rider's settings with the identified motion of the rider.
 fn with_named(rider: &rider::Config, naming: &Naming<Fit>) -> rider::Config {
     let mut rider = rider.clone();
     for cause in naming.named() {
@@ -230,7 +230,7 @@ fn covariance(machine: &PlanarMotorcycle) -> [[f64; 5]; 5] {
     out
 }
 
-/// Seed of a session's null simulations, which so depend on the session alone.
+/// Seed of a session's fault-free simulations, which so depend on the session alone.
 fn seed(session_id: &str) -> u64 {
     let hash = blake3::hash(session_id.as_bytes());
     hash.as_bytes().iter().take(8).fold(0, |seed, b| (seed << 8) | u64::from(*b))

@@ -81,7 +81,7 @@ fn along_fork(ride: &Ride<'_>, unit: Vec<f64>) -> Curve {
     Curve::Line(r.response(|i, _| [0.0, 0.0, 0.0, column[i * r.step], 0.0]))
 }
 
-/// What the filter leaves of it.
+/// The signal after the filter.
 fn passed(ride: &Ride<'_>, mut x: Vec<f64>) -> Vec<f64> {
     x.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
     high_cut(&mut x, ride.estimate.kinematics.rate, ride.high_cut);

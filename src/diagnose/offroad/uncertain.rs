@@ -1,10 +1,10 @@
 //! What the bike file may be wrong by, as changes of the residuals.
 //!
 //! A bike that is not quite as its file says leaves residuals of its own, the same in every jump: no
-//! scatter between manoeuvres shows them. So every null simulation is of another bike, drawn from
+//! scatter between manoeuvres shows them. So every fault-free simulation is of another bike, drawn from
 //! what the file is uncertain by: its `[uncertainty]` where given, usual workshop accuracy
-//! otherwise. How the rider shares his weight and his pull between pegs and bar is as unknown. Motion and tyre forces stay; to first order the residual moves by
-//! `w . (b_1' - b_1 - (A_t' - A_t) f_t)`.
+//! otherwise. How the rider shares his weight and his pull between pegs and bar is as unknown. Motion and tyre forces
+//! stay; to first order the residual moves by `w . (b_1' - b_1 - (A_t' - A_t) f_t)`.
 
 use super::residuals::Residuals;
 use crate::GRAVITY;

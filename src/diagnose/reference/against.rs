@@ -11,23 +11,23 @@ use super::sets::{Kind, OTHERS, Rides};
 use super::{changed, words};
 use crate::store::tables::rows::{ChangeRow, Ident};
 
-/// What the other rides of a motorcycle differ by.
+/// Differences of a motorcycle's other rides from the given ones.
 #[derive(Debug)]
 pub(crate) struct Against {
     /// The motorcycle.
     pub bike_id: String,
     /// Rides of the reference, and other rides.
     pub rides: [usize; 2],
-    /// What differs, the clearest first; rows as of the table `changes`, their `rides` is `against`.
+    /// Differences, the clearest first; rows as of the table `changes`, their `rides` is `against`.
     pub changes: Vec<ChangeRow>,
-    /// Where nothing differs beyond chance: that, and the number that is farthest apart.
+    /// Text if nothing differs beyond chance, with the number that differs most.
     pub largest: String,
 }
 
 /// Of each motorcycle that has rides of the reference and others, in order of its id.
 ///
 /// # Errors
-/// A sentence: every motorcycle has too few rides of the reference.
+/// Every motorcycle has too few rides of the reference.
 pub(crate) fn against(
     rides: Vec<Ride>,
     is_reference: impl Fn(&Ident) -> bool,

@@ -22,7 +22,7 @@ use crate::statistics::order::{median_of_finite, median_or_zero};
 const BELIEF: f64 = 4.0;
 /// Standard deviations from which on a ride weighs less.
 const CLIP: f64 = 1.5;
-/// What a clipped squared standard normal is on average.
+/// Mean of a clipped squared standard normal variable.
 const CLIPPED: f64 = 0.778_46;
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
@@ -57,7 +57,7 @@ impl Difference {
         self.needed(0.05) * self.error
     }
 
-    /// What its size over its error exceeds by chance with that probability.
+    /// Ratio of size to error that chance exceeds with that probability.
     pub(crate) fn needed(self, chance: f64) -> f64 {
         let quantile = StudentsT::new(0.0, 1.0, self.freedom);
         quantile.map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - 0.5 * chance))

@@ -24,11 +24,11 @@ pub(crate) struct Candidate {
     pub number: usize,
     /// Its size that explains most.
     pub size: f64,
-    /// What it explains, as a difference of logarithms of the likelihood.
+    /// Gain, as a difference of log-likelihoods.
     pub gain: f64,
 }
 
-/// What a unit of an effect moves each number by in some rides, as the mean of theirs.
+/// Shift of each number per unit of an effect, the mean over some rides.
 pub(crate) fn trace(history: &History, effect: usize, rides: &Rides) -> Vec<f64> {
     let own = || (0..history.len()).map(|i| (i, rides.share(i))).filter(|(_, s)| *s != 0.0);
     let all: f64 = own().map(|(_, share)| share).sum();

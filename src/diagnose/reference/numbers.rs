@@ -10,7 +10,7 @@ use crate::store::tables::rows::{Circumstances, EffectTrace, EstimateRow, Ident}
 pub(crate) struct Number {
     /// The parameter of the nominal model, or the effect.
     pub name: String,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
     /// The effect whose size it is; `None` of a parameter of the nominal model.
     pub effect: Option<&'static Effect>,
@@ -32,7 +32,7 @@ pub struct Ride {
 /// The numbers of one motorcycle's rides, in order of time.
 #[derive(Debug, Clone)]
 pub(crate) struct History {
-    /// The rides.
+    /// Session and bike of each ride.
     pub rides: Vec<Ident>,
     /// By ride where, by whom and on what tyres.
     pub circumstances: Vec<Circumstances>,

@@ -1,7 +1,8 @@
 //! What changed on one motorcycle, ride by ride and since when: the search over rides and dates.
 //!
 //! Of all [sets](super::sets) of rides the one that differs most from the others is taken, if
-//! chance alone does not make one so different; its cause is looked for, taken out of the rides, and the rest is searched again.
+//! chance alone does not make one so different; its cause is looked for, taken out of the rides, and the rest is
+//! searched again.
 
 use rayon::prelude::*;
 
@@ -22,8 +23,8 @@ const COMPARED: usize = 6;
 const RIVAL: f64 = 3.0;
 /// Squared standard deviations by which a rival's own size may be less clear.
 const CLEARER: f64 = 9.0;
-/// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which it is
-/// the remainder of that.
+/// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which
+/// it is the remainder of that.
 const SHADOW: f64 = 0.15;
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
@@ -31,8 +32,8 @@ const CLEAR: f64 = 4.0;
 const LEFT: f64 = 0.15;
 /// Share of a size that is not known, as it is found to first order only.
 const FIRST_ORDER: f64 = 0.06;
-/// Effects of which a usual size is so far from the first order that no interval is given: at 0.03 simulated rides give 0.017
-/// to 0.023.
+/// Effects of which a usual size is so far from the first order that no interval is given: at 0.03 simulated rides give
+/// 0.017 to 0.023.
 const ROUGH: [&str; 2] = ["side_force_ratio_front", "side_force_ratio_rear"];
 /// Most numbers that are listed of a change, and the chance of each below which it is.
 const LISTED: usize = 5;
@@ -43,7 +44,7 @@ const MOVED: f64 = 0.001;
 pub(crate) struct Moved {
     /// Its place in the history's numbers.
     pub number: usize,
-    /// By how much, and how sure that is.
+    /// Difference and its standard error.
     pub by: Difference,
 }
 
@@ -54,7 +55,7 @@ pub(crate) struct Change {
     pub rides: Rides,
     /// The number that explains most: an effect, or a parameter of the nominal model whose cause is not known.
     pub cause: usize,
-    /// Its size.
+    /// Size of the change, in the number's unit.
     pub size: f64,
     /// Half of its 95 % interval; infinite where none can be given.
     pub half_width: f64,
@@ -71,7 +72,7 @@ pub(crate) struct Change {
 /// A ride's largest difference, whether beyond chance or not.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Largest {
-    /// The ride.
+    /// Index of the ride in the history.
     pub ride: usize,
     /// The number.
     pub moved: Moved,
@@ -79,10 +80,10 @@ pub(crate) struct Largest {
     pub chance: f64,
 }
 
-/// What a search gives.
+/// Result of a search.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Found {
-    /// What changed, in the order in which it was found.
+    /// Changes, in the order in which they were found.
     pub changes: Vec<Change>,
     /// Of each ride that can be compared the largest difference that is left.
     pub largest: Vec<Largest>,
@@ -113,7 +114,7 @@ pub(crate) fn search_of(history: &History, sets: &[Rides]) -> Found {
     Found { changes, largest: largest.collect(), tried }
 }
 
-/// What some rides say against the others.
+/// Differences between some rides and the others.
 #[derive(Debug, Clone)]
 pub(crate) struct Evidence {
     /// The difference of every number.
@@ -168,8 +169,8 @@ fn middle(values: &[f64]) -> f64 {
     median_of_finite(values).unwrap_or(0.0)
 }
 
-/// The difference of the sum of numbers that shows an effect best if they scatter independently; that they do not is in the
-/// scatter of the sum itself, from ride to ride.
+/// The difference of the sum of numbers that shows an effect best if they scatter independently; that they do not is in
+/// the scatter of the sum itself, from ride to ride.
 fn sum(
     history: &History,
     rides: &Rides,
@@ -299,7 +300,8 @@ fn caused(
     Some((change, cause.gain))
 }
 
-/// Squared size of a candidate's own number in standard errors from noise, times the larger scatter of the two over the noise.
+/// Squared size of a candidate's own number in standard errors from noise, times the larger scatter of the two over the
+/// noise.
 fn clearness(
     history: &History,
     rides: &Rides,
@@ -320,8 +322,8 @@ fn clearness(
     (own / ratio(of).max(ratio(other))).powi(2)
 }
 
-/// Takes a change out of the rides that differ: an effect with all that it moves; of a change whose cause is not known the
-/// number itself.
+/// Takes a change out of the rides that differ: an effect with all that it moves; of a change whose cause is not known
+/// the number itself.
 fn take_out(history: &mut History, change: &Change) {
     let inside: Vec<usize> = (0..history.len()).filter(|i| change.rides.has(*i)).collect();
     let traces = history.traces.iter().find(|(number, _)| *number == change.cause).cloned();

@@ -24,14 +24,14 @@ pub(super) const DRIFT: usize = 6;
 /// Correlation with a step from which on a drift is not looked for; of many rides at even times it is 0.87.
 const LIKE: f64 = 0.92;
 
-/// What makes rides a set.
+/// Kind of a set of rides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// One ride.
     One,
     /// All from a ride on.
     Since,
-    /// What rides have in common.
+    /// Rides with something in common.
     Common(Common),
     /// All, the later the more.
     Drift,
@@ -39,18 +39,18 @@ pub(crate) enum Kind {
     Chosen,
 }
 
-/// What rides can have in common.
+/// Property that rides can have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Common {
-    /// Where.
+    /// Rides at one site.
     Site,
-    /// Who.
+    /// Rides with one rider.
     Rider,
-    /// On which front tyre.
+    /// Rides on one front tyre.
     FrontTyre,
-    /// On which rear tyre.
+    /// Rides on one rear tyre.
     RearTyre,
-    /// On which date, UTC.
+    /// Rides of one date, UTC.
     Day,
 }
 
@@ -92,14 +92,13 @@ impl Common {
 /// Rides that are held against the others.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rides {
-    /// What makes them a set.
+    /// Kind of the set.
     pub kind: Kind,
     /// By ride how much of a change of theirs it has: 0 or 1; of a drift from 0 at the first to 1 at the last.
     shares: Vec<f64>,
-    /// What they have in common, in words: `rider anna`.
+    /// Their common property, in words: `rider anna`.
     pub common: Vec<String>,
-    /// What varies from day to day counts once a day, not once a ride: by how much more of its variance the difference has
-    /// than if it varied from ride to ride.
+    /// Factor on the variance of natural scatter: it varies from day to day, so it counts once a day, not once a ride.
     pub by_day: f64,
 }
 

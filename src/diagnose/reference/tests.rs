@@ -7,7 +7,7 @@ use crate::statistics::random::Random;
 use crate::store::tables::changes::{head, is_change};
 use crate::store::tables::rows::{Circumstances, EffectTrace, EstimateRow};
 
-/// What is tried: effects with their standard errors, and what a unit of each moves of the nominal parameters.
+/// Effects of the tests with their standard errors, and the shift of nominal parameters per unit of each.
 const EFFECTS: &[(&str, f64)] =
     &[("wind", 0.02), ("road_grade", 4e-5), ("pad_heat", 5e-4), ("latency", 0.002)];
 const NOMINAL: &[(&str, f64)] =

@@ -10,8 +10,8 @@ use crate::statistics::order::median_of_finite;
 use crate::store::tables::changes::{head, is_change, place};
 use crate::store::tables::rows::ChangeRow;
 
-/// What changed, of each motorcycle that has rides enough: how many are as before, then each change. A motorcycle of which
-/// nothing changed has one line. Nothing where none can be compared.
+/// Changes of each motorcycle with enough rides: the number of unchanged rides, then each change. A motorcycle without
+/// changes has one line. Empty if none can be compared.
 pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
     let mut text = String::new();
     for rows in rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id) {

@@ -1,28 +1,28 @@
-//! The parts of a session around the samples that are looked at: smoothing the rest is work for nothing.
+//! The parts of a session around the samples in use: smoothing the rest would be wasted work.
 
 use std::ops::Range;
 
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::ManoeuvreKind;
 
-/// What a smoothed signal's second derivative reaches to, s: no filter of the samples reaches further.
-const REACH: f64 = 1.0;
-/// The same in samples, for slow logs.
-const LEAST: usize = 16;
+/// Reach of a smoothed signal's second derivative, s; no other filter reaches further.
+const REACH_S: f64 = 1.0;
+/// Least reach of logs with a low rate, samples.
+const MIN_REACH_SAMPLES: usize = 16;
 
 /// Parts of a session, in order, with a missing sample between two of them.
 pub(super) struct Around {
-    /// The parts alone: their channels, on a clock of their own.
+    /// The channels of the parts, one after the other.
     pub session: Session,
     parts: Vec<Range<usize>>,
-    /// Where in `session` each part starts.
+    /// First sample of each part in `session`.
     starts: Vec<usize>,
 }
 
 impl Around {
     /// The parts of `session` around `picks`, samples of it by manoeuvre.
     pub(super) fn of(session: &Session, picks: &[(ManoeuvreKind, Vec<usize>)]) -> Self {
-        let reach = ((REACH * session.rate) as usize).max(LEAST);
+        let reach = ((REACH_S * session.rate) as usize).max(MIN_REACH_SAMPLES);
         let mut wanted: Vec<Range<usize>> = picks
             .iter()
             .filter_map(|(_, own)| Some((*own.iter().min()?, *own.iter().max()?)))
@@ -55,7 +55,7 @@ impl Around {
         Around { session: near, parts, starts }
     }
 
-    /// What of all samples' values belongs to the parts; `between` stands between two of them.
+    /// Values of the samples within the parts, with `between` after each part.
     pub(super) fn only<T: Copy>(&self, all: impl Iterator<Item = T>, between: T) -> Vec<T> {
         let mut all = all.enumerate();
         let mut out = Vec::with_capacity(self.session.len);
@@ -67,7 +67,7 @@ impl Around {
         out
     }
 
-    /// Where in the parts a picked sample of the session is.
+    /// Place of a picked sample of the session within the parts.
     pub(super) fn position(&self, sample: usize) -> usize {
         let part = self.parts.partition_point(|part| part.end <= sample);
         self.starts[part] + sample - self.parts[part].start

@@ -35,7 +35,7 @@ pub struct Attitude {
     pub lag: [[f64; 2]; 2],
 }
 
-/// What the angles of roll and handlebar make of it.
+/// Quantities that follow from the angles of roll and handlebar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // as above
 pub struct Lean {
@@ -142,7 +142,7 @@ impl Lean {
     }
 }
 
-/// What of an attitude under other parameters is worked out already.
+/// Parts of an attitude that are known from other parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Known<'a> {
     attitude: &'a Attitude,

@@ -17,10 +17,11 @@ use crate::simulate::effects::Effect;
 const ROUNDS: usize = 16;
 /// Lags of the long-run variance, blocks: 3 s.
 const LAGS: usize = 10;
-/// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
-const STRAINED: f64 = 2.5;
-/// Gain of a candidate that explains such a strain.
-pub(crate) const RELIEVED: f64 = 30.0;
+/// Distance of a nominal parameter from its prior centre, in prior standard deviations, from which the fit is
+/// implausible.
+const IMPLAUSIBLE_DISTANCE: f64 = 2.5;
+/// Smallest gain of a candidate that makes an implausible fit plausible.
+pub(crate) const PLAUSIBLE_GAIN: f64 = 30.0;
 /// Fall of the loss along the first slopes, over the gain that explains a strain, below which a candidate will not get
 /// there.
 const HOPELESS: f64 = 0.1;
@@ -33,7 +34,7 @@ const LARGE: f64 = 1.25;
 /// Fall of the loss that tells that the optimum was a local one.
 const LOCAL: f64 = 8.0;
 
-/// A fitted base model.
+/// A fitted nominal model.
 #[derive(Debug, Clone)]
 pub struct Base {
     /// The fitted parameters.
@@ -44,7 +45,7 @@ pub struct Base {
     pub sigma: [f64; 8],
     /// Loss at the end.
     pub loss: f64,
-    /// What was free: [`BASE`], and the effects that were taken in.
+    /// Fitted parameters: [`BASE`], and the effects in the model.
     pub parameters: Vec<Parameter>,
 }
 
@@ -55,10 +56,10 @@ pub struct Start {
     pub base: Base,
     /// The place from which they are looked for; its loss is the base's, gains count from there.
     pub near: Base,
-    /// What leaves noise only.
+    /// The model whose residuals define the noise.
     pub noise: Base,
-    /// What each candidate gains when the base is fitted with it, and its size then in usual ones; nothing
-    /// where the base is believable.
+    /// Gain of each candidate when the nominal model is fitted with it, and its size in usual sizes; empty if the nominal
+    /// fit is plausible.
     pub gains: Vec<(f64, f64)>,
 }
 
@@ -97,7 +98,7 @@ pub fn fit_with(
     Base { start: start.clone(), sigma: problem.sigma, loss, parameters, values }
 }
 
-/// A fit from parameters that are nearly right already, along one linearisation: what a null simulation
+/// A fit from parameters that are nearly right already, along one linearisation: what a fault-free simulation
 /// needs.
 #[derive(Debug, Clone)]
 pub struct Quick {
@@ -244,7 +245,7 @@ impl Base {
     /// The base as a start for its extensions.
     ///
     /// A large effect drags the base to where no motorcycle is, and what is linear about that place is
-    /// not about the truth. Where a parameter is that strained, extensions are looked for from where
+    /// not about the truth. Where a parameter is that implausible, extensions are looked for from where
     /// the candidate that gains most leaves the base, and noise is what that candidate leaves. Where
     /// the base alone is better off from there it was in a local optimum (`book/src/diagnosis.md`, section
     /// 2.5).
@@ -254,7 +255,7 @@ impl Base {
             |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
         let problem = self.problem(samples);
         let strain = |p: &Parameter| problem.prior(p, &self.values).0.abs();
-        if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
+        if self.parameters.iter().map(strain).fold(0.0, f64::max) < IMPLAUSIBLE_DISTANCE {
             return as_it_is(self);
         }
         let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
@@ -270,7 +271,7 @@ impl Base {
         // what gains next to nothing along the first slopes, or far less than another, is not followed further
         let fall = |refit: &Base| self.loss - refit.loss;
         let largest = first.iter().map(fall).fold(0.0, f64::max);
-        let least = (HOPELESS * RELIEVED).max(FAR * largest);
+        let least = (HOPELESS * PLAUSIBLE_GAIN).max(FAR * largest);
         let refits: Vec<(&Effect, f64, Base)> = effects
             .par_iter()
             .zip(first)
@@ -289,7 +290,7 @@ impl Base {
             .into_iter()
             .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.values)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > RELIEVED) else {
+        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > PLAUSIBLE_GAIN) else {
             return as_it_is(self);
         };
         let p = effect.parameter();

@@ -1,11 +1,11 @@
-//! A ride on springs, told as the base model would have ridden it: without pitch.
+//! A ride on springs, converted to the signals of the nominal model: without pitch.
 //!
-//! The base model's frame stays level. On springs it dives, squats and sits down in bends, and two of
+//! The nominal model's frame stays level. On springs it dives, squats and sits down in bends, and two of
 //! its signals are no longer what the model calls them by
 //!
 //! ```text
 //! yaw rate     the trace of the frame turns with it and with d/dt(-pitch tan(roll))
-//! mass centre  stands `(h - R) pitch` further ahead of the wheels' contacts
+//! centre of mass  stands `(h - R) pitch` further ahead of the wheels' contacts
 //! ```
 //!
 //! The first looks like a lateral acceleration over roll rate, the second like a velocity sensor two

@@ -1,11 +1,11 @@
-//! The road's side of the diagnosis engine: block residuals of the base model, null simulations by the
+//! The road's side of the diagnosis engine: block residuals of the nominal model, fault-free simulations by the
 //! reduced simulator, scores to first order, joint fits.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::base::{Base, RELIEVED, Start};
+use super::base::{Base, PLAUSIBLE_GAIN, Start};
 use super::kept::Key;
 use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, SizeScale, cells};
@@ -31,7 +31,7 @@ use crate::store::tables::rows::DiscrepancyRow;
 /// Standard errors that the size of a named cause is from nil: its 95 % interval does not hold nil.
 const EVIDENT: f64 = 1.96;
 
-/// A ride on the road with its base fit and its null simulations.
+/// A ride on the road with its base fit and its fault-free simulations.
 #[derive(Debug)]
 pub(crate) struct RoadEngine<'r, 'a> {
     ride: Ride<'r>,
@@ -61,10 +61,10 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
     }
 
     fn alarms(&self, judged: &Judged) -> bool {
-        judged.score > self.ride.tuning.alarm || judged.relieves && judged.score > 1.0
+        judged.score > self.ride.tuning.alarm || judged.makes_plausible && judged.score > 1.0
     }
 
-    /// Whether structure objects to what is named, or is there though nothing is.
+    /// Whether structure contradicts the causes, or exists without a cause.
     fn objects(&self, structure: Option<(Term, f64)>, named: &[Cause]) -> bool {
         let bar = if named.is_empty() { 1.0 } else { self.ride.tuning.contradicts };
         structure.is_some_and(|(_, times)| times > bar)
@@ -92,7 +92,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         out.map(|c| c.rejected(Objection::Contradicted)).collect()
     }
 
-    /// The named causes with the sizes that null simulations of the model with them give back, and those of
+    /// The identified causes with the sizes that fault-free simulations of the model with them give back, and those of
     /// which they give none within the bounds. While causes are lost the rest is fitted and simulated anew;
     /// so it is first where `stage` has causes in it that are no longer named.
     fn reproduced(
@@ -107,7 +107,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
             if !complete {
                 let more: Vec<_> = named.iter().map(|c| c.candidate).collect();
                 let kept = self.memory.extended(ride, &self.start.near, &more, None);
-                let first = self.first();
+                let first = self.nominal_stage();
                 *stage = Stage::next(ride, self.memory, &kept, Vec::new(), &first, &named);
             }
             let fits = &stage.calibration.scale.fits;
@@ -129,11 +129,11 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         (named, lost)
     }
 
-    /// What is left of a naming whose causes all have an objection: they stand before the other candidates,
-    /// which are judged on the base, and the base is the model again.
+    /// Result if all causes were withdrawn: they come before the other candidates, which are judged on the nominal model,
+    /// and the nominal model is the result's model.
     #[must_use]
     pub(crate) fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
-        let mut stage = self.first();
+        let mut stage = self.nominal_stage();
         let judged = self.judge(&stage);
         stage.model = self.start.base.clone();
         let structure = stage.structure(self.ride.samples).0;
@@ -162,7 +162,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
             self.is_identifiable(j) && !rejected.iter().any(same)
         };
         let open = judged.iter().filter(is_open).map(|j| j.cause(Verdict::NotNeeded));
-        let first = self.judge(&self.first());
+        let first = self.judge(&self.nominal_stage());
         let hidden = first.iter().filter(|j| !self.is_identifiable(j));
         open.chain(hidden.map(|j| j.cause(Verdict::NotIdentifiable))).collect()
     }
@@ -187,7 +187,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
     }
 
     /// Extensions are looked for from near the base ([`Base::starting_point`]).
-    fn first(&self) -> Stage<'a> {
+    fn nominal_stage(&self) -> Stage<'a> {
         let near = &self.start.near;
         Stage {
             model: near.clone(),
@@ -209,7 +209,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         let (ride, tuning) = (&self.ride, self.ride.tuning);
         let mut gated: Vec<&Judged> = judged
             .iter()
-            .filter(|j| j.score > tuning.alarm || self.is_identifiable(j) && j.relieves)
+            .filter(|j| j.score > tuning.alarm || self.is_identifiable(j) && j.makes_plausible)
             .collect();
         let mut refused: Refusals =
             gated.iter().map(|j| (j.candidate.name, Refusal::NotFitted)).collect();
@@ -253,7 +253,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         let tuning = self.ride.tuning;
         let further = stage.model.parameters.len() > BASE.len();
         let least = match refit.judged.score {
-            score if score <= tuning.alarm => RELIEVED,
+            score if score <= tuning.alarm => PLAUSIBLE_GAIN,
             _ if further => tuning.further_gain,
             _ => tuning.gain,
         };
@@ -264,14 +264,14 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         (!enough).then_some(Refusal::LittleGain { gain: refit.gain, needed: least })
     }
 
-    fn join(&self, stage: Stage<'a>, refit: Refit<Base>, named: &[Cause]) -> Stage<'a> {
+    fn add_cause(&self, stage: Stage<'a>, refit: Refit<Base>, named: &[Cause]) -> Stage<'a> {
         let mut open = stage.open.clone();
         let joined = refit.judged.candidate.place;
         open.retain(|&place| self.calibration.is_identifiable(place) && place != joined);
         Stage::next(&self.ride, self.memory, &refit.model, open, &stage, named)
     }
 
-    /// Further structure is held against null simulations on the model with the causes: what a large cause
+    /// Further structure is held against fault-free simulations on the model with the causes: what a large cause
     /// leaves of itself it leaves there too.
     fn confirm(
         &self,
@@ -291,7 +291,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         };
         let (named, lost) = self.reproduced(&mut stage, named, rejected.is_empty());
         if named.is_empty() && !(rejected.is_empty() && lost.is_empty()) {
-            stage = self.first();
+            stage = self.nominal_stage();
             judged = self.judge(&stage);
             stage.model = self.start.base.clone();
         }
@@ -318,7 +318,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         self.by_cell(&blocks(self.ride.samples, &naming.extended.values))
     }
 
-    fn noisier(&self, before: &Rms) -> Vec<f64> {
+    fn noise_factors(&self, before: &Rms) -> Vec<f64> {
         let ratio = |(cell, (size, _)): (&_, &(f64, usize))| {
             let largest = self.calibration.floor.get(cell).map_or(0.0, |f| f[1]);
             size / largest.max(f64::MIN_POSITIVE)

@@ -11,8 +11,8 @@
 //! declared by hand: it follows from the ride.
 //!
 //! Where causes have been identified the model is linearised with them in it, at their sizes, and every number gets what
-//! the causes move it by. Of a large effect the first order at the nominal model is wrong in all numbers: a latency of 80 ms
-//! was 60 ms, and the rest of it looked like two further changes.
+//! the causes move it by. Of a large effect the first order at the nominal model is wrong in all numbers: a latency of
+//! 80 ms was 60 ms, and the rest of it looked like two further changes.
 //!
 //! A parameter of the nominal model that the fit has taken far from the ride's own coefficient says nothing of the
 //! motorcycle, and has no row: the friction of a tyre that never braked.
@@ -29,12 +29,13 @@ use crate::store::tables::rows::{EffectTrace, EstimateRow, Ident};
 /// Share of a standard error that a trace of a usual size must reach in a number to be listed.
 const LISTED: f64 = 0.1;
 
-/// Sizes, in usual ones, from which the first order is not enough, and how sure they must be, in standard errors.
+/// Sizes, in usual ones, from which the first order is not enough, and how large, in standard errors.
 const FAR: f64 = 0.7;
 const SURE: f64 = 5.0;
 /// Sets of slopes of a refit.
 const TIMES: usize = 8;
-/// Distance of a nominal parameter from where its prior is centred, in prior standard deviations, from which it has no row.
+/// Distance of a nominal parameter from where its prior is centred, in prior standard deviations, from which it has no
+/// row.
 const STRAINED: f64 = 2.5;
 
 /// The nominal model of a ride, or what is left for it beside identified causes.
@@ -166,7 +167,7 @@ pub fn estimates(
     (rows.collect(), traces.collect())
 }
 
-/// What a parameter is known with: the numbers of a friction curve are known together, all others alone.
+/// Name of a parameter's group: the numbers of a friction curve are estimated together, all others alone.
 fn whole(name: &str) -> &str {
     const CURVES: [(&str, &str); 2] = [("front", "front curve"), ("rear", "rear curve")];
     let of_curve = |(axle, curve): &(&str, &'static str)| {
@@ -218,7 +219,7 @@ impl Vector {
     }
 }
 
-/// What effects move the nominal parameters by, and the effects' curvature with the nominal model refitted.
+/// Shift of the nominal parameters by each effect, and the effects' curvature with the nominal model refitted.
 fn without_nominal(
     matrix: &DMatrix<f64>,
     b: usize,

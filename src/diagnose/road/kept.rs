@@ -1,11 +1,11 @@
-//! Results that are kept by what they were made from: a ride that is named again with other constants
-//! mostly goes through the same models and null simulations, and pays for the others only.
+//! Results that are kept by what they were made from: a ride that is diagnosed again with other constants
+//! mostly goes through the same models and fault-free simulations, and pays for the others only.
 
 use std::collections::HashMap;
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What a result was made from.
+/// Hash of the inputs of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Key([u8; 32]);
 

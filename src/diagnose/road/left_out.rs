@@ -8,14 +8,14 @@ use super::problem::{Linear, Problem};
 use super::samples::Samples;
 use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 
-/// What was found of an effect.
+/// Size of an effect, found on the whole ride.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Found {
     /// The parameter that it moves.
     pub parameter: Parameter,
     /// Its size over that which a fit gives it.
     pub share: f64,
-    /// Its interval.
+    /// 95 % interval of the size.
     pub interval: [f64; 2],
 }
 

@@ -1,16 +1,16 @@
 //! What the model of a road ride gets wrong, and why.
 //!
 //! ```text
-//! session -> samples -> residuals of the base model -> base fit -> scan of every effect
+//! session -> samples -> residuals of the nominal model -> base fit -> scan of every effect
 //!                                                        |              |
-//!                     replay + noise = null simulations -> the same -> calibration -> naming
+//!                     replay + noise = fault-free simulations -> the same -> calibration -> naming
 //! ```
 //!
-//! The base model is the one that [`fit`](crate::fit) characterises, written as eight residuals that
+//! The nominal model is the one that [`fit`](crate::fit) characterises, written as eight residuals that
 //! vanish when it is right ([`residuals`]): block means of 0.3 s, channel by channel. [`parameters`] are
 //! every number that enters them, those of the base and those of the [`effects`](crate::simulate::effects) that the
 //! base leaves out. What a candidate must score to be named is not computed but measured: on the same
-//! ride, simulated on the base model alone, and once a cause is named on the model that has it
+//! ride, simulated on the nominal model alone, and once a cause is identified on the model that has it
 //! ([`null_simulation`]).
 //!
 //! What is left without an explanation is looked for over the variables of the ride ([`structure`]); what

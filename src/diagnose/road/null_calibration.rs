@@ -1,7 +1,7 @@
-//! Calibration on the road: what candidates and residual structure show on null simulations
+//! Calibration on the road: what candidates and residual structure show on fault-free simulations
 //! (`book/src/diagnosis.md`, section 2.4).
 //!
-//! The measured ride is simulated on the fitted model, the base or one with the causes that are named
+//! The measured ride is simulated on the fitted model, the base or one with the identified causes
 //! already ([`NullSimulation`]), given all the noise it has, and put through the whole of fit and scan.
 //! What a candidate shows there is bias of the method and noise, not an effect.
 
@@ -27,38 +27,38 @@ use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 /// Largest detection limit, in usual sizes, of an effect that a ride can identify: beyond that no size
 /// within the bounds would be seen.
 pub(crate) const LARGEST_LIMIT: f64 = 4.0;
-/// Standard deviations that a detection limit is from nothing: at it half of the effects are named.
+/// Standard deviations that a detection limit is from nothing: at it half of the effects are identified.
 const LIMIT: f64 = 3.3;
-/// What a bias is uncertain by, as a share of it: it is as right as the noise of the null simulations.
+/// Uncertainty of a bias, as a share of it: it depends on the noise of the fault-free simulations.
 const BIAS_ERROR: f64 = 0.2;
-/// How many times the threshold a size must be beyond what the null simulations alone scatter by, where
+/// How many times the threshold a size must be beyond what the fault-free simulations alone scatter by, where
 /// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.
 const PLAIN: f64 = 1.4;
 
-/// What scores and structure are measured by on the road. Sizes are in usual ones.
+/// Scale of scores and structure on the road. Sizes are in usual sizes.
 #[derive(Debug, Clone)]
 pub struct SizeScale {
-    /// Standard deviation of the size between null simulations, per candidate.
+    /// Standard deviation of the size between fault-free simulations, per candidate.
     pub spread: Vec<f64>,
     /// Share of a true size that the estimates show, per candidate: the prior holds them back where the
     /// ride says little.
     pub response: Vec<f64>,
-    /// Standard deviation of what the base model's own errors show of it, per candidate.
+    /// Standard deviation of what the nominal model's own errors show of it, per candidate.
     pub unmodelled: Vec<f64>,
     /// Median standard error from the manoeuvres' own scatter, per candidate.
     pub scatter: Vec<f64>,
     /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
     pub threshold: [f64; 2],
-    /// What residual structure is measured by.
+    /// Scale of residual structure.
     pub structure: StructureScale,
-    /// What each null simulation's fit made of the model that was simulated.
+    /// Fit to each fault-free simulation: parameters, to be compared with the simulated ones.
     pub fits: Vec<Parameters>,
 }
 
-/// What residual structure is measured by.
+/// Scale of residual structure.
 #[derive(Debug, Clone)]
 pub struct StructureScale {
-    /// Mean gain of every term on null simulations, in the order of [`structure::terms`].
+    /// Mean gain of every term on fault-free simulations, in the order of [`structure::terms`].
     pub usual: Vec<f64>,
     /// Threshold of the most unusual term, in usual gains.
     pub threshold: f64,
@@ -67,29 +67,29 @@ pub struct StructureScale {
 /// Calibration on the road; `bias` is in usual sizes.
 pub(crate) type RoadCalibration = Calibration<SizeScale>;
 
-/// A candidate against its null simulations.
+/// A candidate against its fault-free simulations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibrated {
     /// Size less bias, in usual ones.
     pub delta: f64,
-    /// Standard error of it: of the null simulations or of the manoeuvres, whichever is larger.
+    /// Standard error of it: of the fault-free simulations or of the manoeuvres, whichever is larger.
     pub std_error: f64,
     /// Over one is beyond what fault-free simulations show.
     pub score: f64,
 }
 
-/// What one null simulation shows.
+/// Scores, structure and fit of one fault-free simulation.
 #[derive(Debug)]
 pub(crate) struct Shown {
     scores: Vec<Score>,
     sizes: Rms,
     terms: Vec<Term>,
-    /// What its fit made of the model that was simulated.
+    /// Fitted parameters.
     pub fit: Parameters,
 }
 
 impl Shown {
-    /// What the null simulation of a number shows of effects beside a model.
+    /// Scores of effects beside a model on the fault-free simulation of a number.
     pub(crate) fn of(
         simulation: &NullSimulation<'_>,
         model: &Base,
@@ -109,7 +109,7 @@ impl Shown {
     }
 }
 
-/// Scores `nulls` null simulations of `model`, the base alone or with effects that were taken in:
+/// Scores `nulls` fault-free simulations of `model`, the base alone or with effects that were taken in:
 /// whatever else a candidate shows there is none of its own.
 pub fn calibrate(
     simulation: &NullSimulation<'_>,
@@ -120,7 +120,7 @@ pub fn calibrate(
     calibrate_keeping(&Kept::default(), Key::of(&""), simulation, model, effects, nulls)
 }
 
-/// As [`calibrate`]: what each null simulation shows is taken from what is `kept` of simulations, model and
+/// As [`calibrate`]: what each fault-free simulation shows is taken from what is `kept` of simulations, model and
 /// effects that `key` stands for.
 pub(crate) fn calibrate_keeping(
     kept: &Kept<Shown>,
@@ -143,7 +143,7 @@ pub(crate) fn calibrate_keeping(
     let top = |scores: &&[Score]| {
         (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
     };
-    out.tops = scores.iter().map(top).collect();
+    out.largest_scores = scores.iter().map(top).collect();
     for (bias, effect) in out.bias.iter_mut().zip(effects) {
         *bias *= shown(effect.name).bias_share;
     }
@@ -151,7 +151,7 @@ pub(crate) fn calibrate_keeping(
     out
 }
 
-/// The calibration by what every candidate shows on each null simulation.
+/// The calibration by what every candidate shows on each fault-free simulation.
 fn of_scores(
     scored: &[&[Score]],
     effects: usize,
@@ -166,7 +166,7 @@ fn of_scores(
     let bias: Vec<f64> = deltas.iter().map(|x| median_or_zero(x)).collect();
     let spread: Vec<f64> =
         deltas.iter().zip(&bias).map(|(x, bias)| spread_about(x, *bias).max(1e-9)).collect();
-    // far below the least spread: of what null simulations know nothing, nothing is identifiable
+    // far below the least spread: of what fault-free simulations know nothing, nothing is identifiable
     let response: Vec<f64> = all(|s| s.information / (s.information + PRIOR.powi(-2)))
         .iter()
         .map(|shares| median_or_zero(shares).max(1e-15))
@@ -193,7 +193,7 @@ fn of_scores(
         structure,
         fits: Vec::new(),
     };
-    Calibration { bias, nulls, tops: Vec::new(), floor, scale }
+    Calibration { bias, nulls, largest_scores: Vec::new(), floor, scale }
 }
 
 /// Mean of the plain and the robust standard deviation.
@@ -241,7 +241,7 @@ impl StructureScale {
 }
 
 impl Calibration<SizeScale> {
-    /// What is known of the candidates at some places.
+    /// Calibration of the candidates at some places.
     #[must_use]
     pub fn only(&self, places: &[usize]) -> Self {
         let of = |x: &[f64]| places.iter().map(|&j| x[j]).collect();
@@ -255,7 +255,7 @@ impl Calibration<SizeScale> {
         Calibration { bias: of(&self.bias), scale, ..self.clone() }
     }
 
-    /// Null simulations without candidates, which are judged as others do.
+    /// Fault-free simulations without candidates, which are judged as others do.
     #[must_use]
     pub fn judging_as(self, other: &Self) -> Self {
         let SizeScale { structure, fits, .. } = self.scale;
@@ -264,13 +264,13 @@ impl Calibration<SizeScale> {
     }
 
     /// Detection limit of candidate `j`, in usual sizes: 3.3 standard errors over the response, at which
-    /// half are named.
+    /// half are identified.
     pub fn limit(&self, j: usize) -> f64 {
         LIMIT * self.error(j, 0.0) / self.scale.response[j]
     }
 
-    /// Standard error of a size: that of null simulations or of the manoeuvres, what the bias is uncertain
-    /// by, and what the base model's own errors show.
+    /// Standard error of a size: that of fault-free simulations or of the manoeuvres, what the bias is uncertain
+    /// by, and what the nominal model's own errors show.
     fn error(&self, j: usize, own: f64) -> f64 {
         let beyond = (BIAS_ERROR * self.bias[j]).hypot(self.scale.unmodelled[j]);
         self.scale.spread[j].max(own).hypot(beyond)
@@ -287,7 +287,7 @@ impl Calibration<SizeScale> {
         let delta = score.delta - self.bias[j];
         let std_error = self.error(j, score.std_error);
         let robust = (delta / std_error).abs() / threshold[0];
-        // manoeuvres that scatter more than in null simulations (pads, gusts) make those too sure
+        // manoeuvres that scatter more than in fault-free simulations (pads, gusts) make those too sure
         let more = (score.std_error / scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
         let plain = (delta / (more * self.error(j, 0.0))).abs() / (PLAIN * threshold[1]);
         let score = if self.is_identifiable(j) { robust.max(plain) } else { 0.0 };

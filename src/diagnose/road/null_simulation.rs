@@ -1,10 +1,10 @@
-//! Null simulations: the measured ride simulated with all the noise it has. On the base model they tell
+//! Fault-free simulations: the measured ride simulated with all the noise it has. On the nominal model they tell
 //! what candidates show where nothing is left out, on the extended one also how well a size is found.
 //!
 //! White noise is that of the channels themselves, from their second differences; drifts of
 //! velocities and roll come from the ride ([`sensor_drift`](mod@super::sensor_drift)), differences between manoeuvres
 //! too ([`scatter`](mod@super::scatter)). What the residuals scatter beyond all that over seconds is added
-//! to them as coloured noise, so that a noisier ride has noisier null simulations.
+//! to them as coloured noise, so that a noisier ride has noisier fault-free simulations.
 
 use rayon::prelude::*;
 
@@ -103,7 +103,7 @@ impl<'a> NullSimulation<'a> {
         }
     }
 
-    /// What a perfect logger would have recorded on a model.
+    /// Recording of a perfect logger on a model.
     pub fn noiseless(&self, values: &Parameters, from: From) -> Session {
         ridden(self.session, self.segments, values, from)
     }
@@ -113,7 +113,7 @@ impl<'a> NullSimulation<'a> {
         &self.picks
     }
 
-    /// A null simulation and what the same model makes of its inputs, manoeuvre by manoeuvre: what a model
+    /// A fault-free simulation and what the same model makes of its inputs, manoeuvre by manoeuvre: what a model
     /// that is right leaves of a ride with the sensors' noise.
     pub fn noise_alone(&self, number: usize) -> [Session; 2] {
         let (measured, _) = self.noisy(QUIET + number);
@@ -121,7 +121,7 @@ impl<'a> NullSimulation<'a> {
         [measured, simulated]
     }
 
-    /// What a perfect logger would have recorded of some of the looked-at manoeuvres.
+    /// Recording of a perfect logger in some of the manoeuvres in use.
     pub fn noiseless_of(&self, values: &Parameters, wanted: impl Fn(usize) -> bool) -> Session {
         let starts = self.picks.iter().enumerate().filter(|(m, _)| wanted(*m));
         let starts: Vec<usize> = starts.filter_map(|(_, (_, own))| own.first().copied()).collect();
@@ -179,7 +179,7 @@ impl<'a> NullSimulation<'a> {
         });
     }
 
-    /// One null simulation and the fit to it of `fitted`, from `model`, which it simulates; `more` is
+    /// One fault-free simulation and the fit to it of `fitted`, from `model`, which it simulates; `more` is
     /// linearised along with it.
     pub fn fit(
         &self,
@@ -198,7 +198,7 @@ impl<'a> NullSimulation<'a> {
     }
 }
 
-/// What a logger with the sensors of a model would have recorded on it, but for their noise.
+/// Recording of a logger with the sensors of a model, without their noise.
 fn ridden(session: &Session, segments: &[Segment], values: &Parameters, from: From) -> Session {
     let as_ridden = sensors::as_ridden(session, values);
     let ridden = replay(&as_ridden, segments, &replay::plant(values), from);

@@ -1,5 +1,5 @@
 //! What effects show on machines of which they are not true, beyond what fault-free simulations show: small things
-//! that the base model leaves out look like them, and of a null simulation's bias some is its own. And how much
+//! that the nominal model leaves out look like them, and of a fault-free simulation's bias some is its own. And how much
 //! structure is left on them that nothing explains.
 //!
 //! Learnt from a population of machines by `examples/blind --learn`, which writes the file that is read here.
@@ -11,22 +11,22 @@ use serde::Deserialize;
 
 const FILE: &str = include_str!("../../../pipelines/other_machines.toml");
 
-/// What an effect shows on other machines.
+/// Size of an effect on fault-free rides of other machines.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shown {
     /// Share of the fault-free simulations' bias that rides have too.
     pub bias_share: f64,
-    /// Standard deviation beyond that of the null simulations, in usual sizes.
+    /// Standard deviation beyond that of the fault-free simulations, in usual sizes.
     pub sd: f64,
 }
 
-/// What other machines show.
+/// Effects and structure on fault-free rides of other machines.
 #[derive(Debug, Default, Deserialize)]
 struct OtherMachines {
     /// Residual structure by channel that nearly all of them stay below, in what 19 of 20 fault-free simulations do.
     structure: BTreeMap<String, f64>,
-    /// By effect.
+    /// Spread and bias of each effect, by its name.
     #[serde(flatten)]
     effects: BTreeMap<String, Shown>,
 }
@@ -39,7 +39,7 @@ pub(crate) fn structure(channel: &str) -> f64 {
     ALL.structure.get(channel).map_or(1.0, |x| x.max(1.0))
 }
 
-/// What the effect of a name shows; nothing of its own where nothing is known.
+/// Size of an effect by name; zero spread if unknown.
 pub fn shown(effect: &str) -> Shown {
     ALL.effects.get(effect).copied().unwrap_or(Shown { bias_share: 1.0, sd: 0.0 })
 }

@@ -43,11 +43,11 @@ pub struct Parameters {
     /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
     pub roll_rate_term: f64,
     pub sensors: Sensors,
-    /// What the base leaves out, zero in it.
+    /// Sizes of the effects, zero in the nominal model.
     pub model_error: ModelError,
 }
 
-/// Zeros, delays and places of the sensors, as far as the base model fits them; zero of perfect ones.
+/// Zeros, delays and places of the sensors, as far as the nominal model fits them; zero of perfect ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensors {
     /// Zero of the yaw rate, rad/s.
@@ -63,9 +63,9 @@ pub struct Sensors {
     pub attitude_scale: f64,
     /// Delay of the measured lean, s: what is missing of it is in the lateral acceleration too.
     pub attitude_delay: f64,
-    /// Height of the lateral velocity's place above the mass centre, m.
+    /// Height of the lateral velocity's place above the centre of mass, m.
     pub velocity_height: f64,
-    /// Place of the accelerometer ahead of the mass centre and above it, m.
+    /// Place of the accelerometer ahead of the centre of mass and above it, m.
     pub accelerometer: [f64; 2],
     /// Angle by which the accelerometer is turned to the left, rad.
     pub accelerometer_yaw: f64,
@@ -94,14 +94,15 @@ pub struct Parameter {
     pub prior: f64,
     /// Where it is.
     pub place: Place,
-    /// What it acts on; whether on attitudes tells their [`Posture`](super::attitude::Posture).
+    /// Residuals that it acts on; whether attitudes depend on it follows from their
+    /// [`Posture`](super::attitude::Posture).
     pub reach: Reach,
 }
 
 /// Where one of the [`Parameters`] is.
 #[derive(Debug, Clone, Copy)]
 pub enum Place {
-    /// In the base model: how it is read and put.
+    /// In the nominal model: how it is read and put.
     Base(fn(&Parameters) -> f64, fn(&mut Parameters, f64)),
     /// In what the base leaves out.
     ModelError(fn(&ModelError) -> f64, fn(&mut ModelError, f64)),
@@ -153,7 +154,7 @@ macro_rules! parameter {
     };
 }
 
-/// The base model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
+/// The nominal model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
 /// its logarithm: it is known by ratio, and never nothing.
 pub const BASE: &[Parameter] = &[
     parameter!("drag", 0.035, 3.0, |w| w.vehicle.drag),
@@ -229,7 +230,7 @@ pub const BASE: &[Parameter] = &[
     parameter!("attitude_delay", 0.005, 1.0, |w| w.sensors.attitude_delay, Reach::KINEMATIC),
     parameter!("velocity_height", 0.02, 1.0, |w| w.sensors.velocity_height, Reach::ATTITUDE),
     parameter!("accelerometer_ahead", 0.02, 1.0, |w| w.sensors.accelerometer[0]),
-    // on a tank, it may be well above the mass centre
+    // on a tank, it may be well above the centre of mass
     parameter!("accelerometer_height", 0.1, 1.0, |w| w.sensors.accelerometer[1]),
     parameter!("accelerometer_yaw", 0.002, 1.0, |w| w.sensors.accelerometer_yaw),
 ];
@@ -243,8 +244,8 @@ fn grip(curve: &mut MagicFormula, b: f64) {
     curve.b = b.max(SOFTEST / (curve.c * curve.d).max(0.1));
 }
 
-/// Share of the variance that a ride's friction curve explains, and slip ratio that it was braked to, from which priors are
-/// centred on it: a gentle stop. The curve of engine braking alone had its peak at 0.15.
+/// Share of the variance that a ride's friction curve explains, and slip ratio that it was braked to, from which priors
+/// are centred on it: a gentle stop. The curve of engine braking alone had its peak at 0.15.
 const RIDDEN: [f64; 2] = [0.9, 0.008];
 
 fn is_ridden(fit: &Friction) -> bool {
@@ -284,7 +285,7 @@ impl Parameters {
         self.width.map(|w| self.crown_ratio * w)
     }
 
-    /// With sensors that sit at the mass centre and have neither zeros nor delays.
+    /// With sensors that sit at the centre of mass and have neither zeros nor delays.
     #[must_use]
     pub fn with_perfect_sensors(&self) -> Self {
         Parameters { sensors: Sensors::default(), ..self.clone() }
@@ -298,7 +299,7 @@ impl Parameters {
         Parameters { stiffness: [USUAL_STIFFNESS; 2], ..self.clone() }
     }
 
-    /// What the characterisation of a session found, the bike file where it found nothing.
+    /// Values of a session's characterisation; of the bike file where that has none.
     pub fn new(bike: &Bike, solution: &Solution) -> Self {
         let inputs = &solution.inputs;
         let finite = |found: f64, otherwise: f64| if found.is_finite() { found } else { otherwise };

@@ -10,11 +10,11 @@ use super::gram::Gram;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, CHANNELS, blocks};
 use super::samples::{BLOCK, Samples};
-use super::workings::Workings;
+use super::workings::LinearisationCache;
 
 /// Standard deviations at which the loss turns from square to straight.
 const HUBER: f64 = 2.5;
-/// What is farther off is no noise at all.
+/// Largest residual that counts, in standard deviations: a larger one is no noise.
 const FARTHEST: f64 = 60.0;
 /// Share of a scale for differences.
 const STEP: f64 = 0.003;
@@ -26,15 +26,15 @@ const ARRIVED: f64 = 5e-3;
 /// A loss over some parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a> {
-    /// What was measured.
+    /// Measured signals.
     pub samples: &'a Samples,
     /// Centre of the priors.
     pub start: &'a Parameters,
     /// Standard deviations of the channels.
     pub sigma: [f64; 8],
-    /// What is free.
+    /// Fitted parameters.
     pub parameters: &'a [Parameter],
-    /// Added to the residuals: noise of a null simulation.
+    /// Added to the residuals: noise of a fault-free simulation.
     pub extra: Option<&'a Blocks>,
     /// Manoeuvres that count; all where there is no list.
     pub only: Option<&'a [bool]>,
@@ -120,8 +120,8 @@ impl Problem<'_> {
         None
     }
 
-    /// The optimum near some values and the loss there: slopes are made anew at most `times`, and between that followed as
-    /// long as they lead on.
+    /// The optimum near some values and the loss there: slopes are made anew at most `times`, and between that followed
+    /// as long as they lead on.
     pub(super) fn optimum(&self, from: &Parameters, times: usize) -> (Parameters, f64) {
         self.optimum_along(None, from, times)
     }
@@ -222,7 +222,7 @@ impl Problem<'_> {
 
     /// Residuals and derivatives, by differences.
     pub fn linear(&self, values: &Parameters) -> Linear {
-        let workings = Workings::of(self.samples, values);
+        let workings = LinearisationCache::of(self.samples, values);
         let columns = self.columns(|p| workings.column(p, STEP));
         self.linear_of(workings.blocks, columns)
     }
@@ -232,8 +232,8 @@ impl Problem<'_> {
     /// has far to go may end in another optimum.
     pub fn linear_of_means(&self, values: &Parameters) -> Linear {
         let means = self.samples.means();
-        let whole = Workings::of(self.samples, values);
-        let of_means = Workings::of(&means, values);
+        let whole = LinearisationCache::of(self.samples, values);
+        let of_means = LinearisationCache::of(&means, values);
         let columns = self.columns(|p| match p.reach.within_blocks {
             true => whole.column(p, STEP),
             false => of_means.column(p, STEP),

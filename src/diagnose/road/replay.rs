@@ -1,9 +1,9 @@
 //! What was measured, simulated: the reduced-order motorcycle on the characterised tyres, driven by
 //! the measured pressures, lean and - off the brakes - speed.
 //!
-//! It gives the session as a perfect logger would have recorded it on a motorcycle that is the base
+//! It gives the session as a perfect logger would have recorded it on a motorcycle that is the nominal
 //! model and nothing else: beside the measured one it shows what the model gets wrong, and with
-//! noise on it, it is a null simulation for calibration. Speed runs free while braking and coasting; elsewhere
+//! noise on it, it is a fault-free simulation for calibration. Speed runs free while braking and coasting; elsewhere
 //! the throttle brings it back to the measured one, so that the ride stays the same ride.
 
 use std::ops::Range;
@@ -38,7 +38,7 @@ const FELT_THROTTLE: f64 = 2.0;
 /// take up a force, well within a manoeuvre.
 const FELT: f64 = 8.0;
 
-/// What is ridden with the throttle closed, though a lever may be at rest for a moment.
+/// Manoeuvres with a closed throttle, although a brake lever may be at rest for a moment.
 const UNDRIVEN: [ManoeuvreKind; 4] = [
     ManoeuvreKind::Coasting,
     ManoeuvreKind::FrontBraking,
@@ -160,7 +160,7 @@ fn known(x: &[f64], i: usize) -> f64 {
     if x[i].is_finite() { x[i] } else { 0.0 }
 }
 
-/// What drives a replay: smoothed channels and derivatives of a session, SI; nil where they are missing.
+/// Inputs of a replay: smoothed channels and derivatives of a session, SI; 0 where they are missing.
 struct Measured {
     v: Vec<f64>,
     ax: Vec<f64>,

@@ -16,7 +16,7 @@ use crate::diagnose::held_out::FOLDS;
 use crate::statistics::smooth::smooth;
 use crate::store::tables::rows::{Ident, SimulatedSample};
 
-/// What is shown.
+/// Channels in the table.
 pub(crate) const SHOWN: [Channel; 9] = [
     Channel::VelocityX,
     Channel::VelocityY,
@@ -73,14 +73,14 @@ pub(crate) fn simulated(
     })
 }
 
-/// What was measured and what the models make of it.
+/// Measured and simulated signals.
 #[derive(Debug)]
 pub(crate) struct Replays {
     /// As logged.
     pub measured: Shown,
-    /// On the base model.
+    /// On the nominal model.
     pub base: Shown,
-    /// With the named causes; none where nothing was named.
+    /// On the extended model; `None` without causes.
     pub extended: Option<Shown>,
 }
 

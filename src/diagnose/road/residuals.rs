@@ -1,4 +1,4 @@
-//! The base model as residuals that vanish when it is right (`book/src/diagnosis.md`, section 2.1).
+//! The nominal model as residuals that vanish when it is right (`book/src/diagnosis.md`, section 2.1).
 //!
 //! | channel | residual | where |
 //! |---|---|---|
@@ -37,7 +37,7 @@ pub(crate) const UNITS: [&str; 8] = ResidualChannel::UNITS;
 
 /// Deeper slip is sliding: the curve beyond its peak belongs to the stop, not to the tyre.
 const DEEPEST: f64 = -0.16;
-/// What the friction curve itself is uncertain by.
+/// Uncertainty of the friction curve itself.
 const SIGMA_MU: f64 = 0.02;
 
 /// Block means, channel after channel: `[channel][block]`.
@@ -109,14 +109,14 @@ pub(super) fn blocks_of<A: Borrow<Attitude>, F: Borrow<Forces>>(
     out
 }
 
-/// Level accelerations of the mass centre, m/s²: what a sensor somewhat ahead, above and turned reads beside them
+/// Level accelerations of the centre of mass, m/s²: what a sensor somewhat ahead, above and turned reads beside them
 /// is taken off.
 #[inline(always)]
 fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool) -> [f64; 2] {
     // of the other reading, whatever its zero; a log without the lateral one keeps its slips
     let turned = p.sensors.accelerometer_yaw;
     let aside = if s.ay[i].is_nan() { 0.0 } else { s.ay[i] };
-    // above the mass centre a frame that begins to dive pushes the sensor ahead
+    // above the centre of mass a frame that begins to dive pushes the sensor ahead
     let ahead = p.sensors.accelerometer[1] * s.divedd[i];
     let ax = s.ax[i] - p.sensors.ax_zero - turned * aside - ahead;
     let ay = s.ay[i] - p.sensors.ay_zero + turned * s.ax[i];
@@ -133,8 +133,8 @@ fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool
     [ax - off[0], ay - off[1]]
 }
 
-/// What a point `x` ahead and `z` above accelerates beside the mass centre, along and to the left, m/s², in the frame
-/// that turns with the yaw rate `r`:
+/// Acceleration of a point `x` ahead and `z` above less that of the centre of mass, along and to the left, m/s², in the
+/// frame that turns with the yaw rate `r`:
 ///
 /// ```text
 /// -r^2 x + z (r' sin(phi) + 2 r phi' cos(phi)),   r' x + z ((phi'^2 + r^2) sin(phi) - phi'' cos(phi))
@@ -168,7 +168,7 @@ impl Lag {
     }
 }
 
-/// What follows from the parameters alone, whatever the sample.
+/// Quantities that depend on the parameters only, not on the sample.
 struct Fixed {
     inertia: [f64; 2],
     ratio: [f64; 2],
@@ -178,9 +178,9 @@ struct Fixed {
     carcass: [Carcass; 2],
     /// Crowns over the front's.
     crown: [f64; 2],
-    /// How far the springs below the mass centre give at rest, m.
+    /// How far the springs below the centre of mass give at rest, m.
     sag: f64,
-    /// Height of the mass centre above the axles, m.
+    /// Height of the centre of mass above the axles, m.
     above_axles: f64,
     /// Of both wheels, m.
     mean_radius: f64,
@@ -248,7 +248,7 @@ impl Instant<'_> {
         self.kind == ManoeuvreKind::Cornering
     }
 
-    /// Distance of the mass centre from the ground along the plane, m; upright where bends do not count.
+    /// Distance of the centre of mass from the ground along the plane, m; upright where bends do not count.
     #[inline(always)]
     fn height(&self) -> f64 {
         match self.cornering() {
@@ -268,7 +268,7 @@ impl Instant<'_> {
         let (v, &Lean { sin_phi, cos_phi, versine, .. }) = (a.v, &a.lean);
         let h = self.height();
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
-        // the mass centre goes down while leaning in
+        // the centre of mass goes down while leaning in
         let sinking = match self.cornering() {
             true => {
                 let rising = p.vehicle.cg_height - p.overturning + fixed.sag;

@@ -14,37 +14,37 @@ use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tour::Tour;
 use crate::simulate::track::Track;
 
-/// What the first session of a scenario would show, at best.
+/// Prediction for the first session of a scenario, at best.
 #[derive(Debug, Serialize)]
 pub struct RidePlan {
     /// The scenario's name.
     pub scenario: String,
     /// How long the ride is, s; `None` where only side forces are predicted.
     pub duration: Option<f64>,
-    /// What it would give of the tyres' side forces.
+    /// Predicted intervals of the tyres' side forces.
     pub side_forces: Vec<Predicted>,
-    /// What it would show of each effect.
+    /// Detection limit of each effect.
     pub effects: Vec<EffectLimit>,
-    /// The effects of which it would show nearly the same.
+    /// Pairs of effects that it could hardly separate.
     pub pairs: Vec<AlikePair>,
 }
 
-/// What a ride shows of one effect.
+/// Detection limit of one effect.
 #[derive(Debug, Serialize)]
 pub struct EffectLimit {
-    /// The effect.
+    /// Name of the effect.
     pub effect: &'static str,
-    /// Smallest size that is named half of the time, in `unit`; none where the ride does not show it.
+    /// Smallest size that is identified half of the time, in `unit`; none where the ride does not show it.
     pub limit: Option<f64>,
     /// Unit of the limits.
     pub unit: &'static str,
     /// The same in the effect's usual size.
     pub limit_usual: Option<f64>,
-    /// The parameter of the base model most like it.
+    /// The parameter of the nominal model most like it.
     pub base: Option<&'static str>,
     /// The cosine of its response and that parameter's.
     pub base_cosine: Option<f64>,
-    /// What more riding would lower the limit most.
+    /// Additional riding that lowers the limit most.
     pub set: Option<&'static str>,
     /// The limit with that riding, in `unit`.
     pub limit_after: Option<f64>,
@@ -59,7 +59,7 @@ pub struct AlikePair {
     pub cosine: f64,
     /// Standard deviations of a usual size of the first from the second, of whatever size.
     pub separation: f64,
-    /// What more riding would take them apart best.
+    /// Additional riding that separates them best.
     pub set: Option<&'static str>,
     /// The cosine with that riding.
     pub cosine_after: Option<f64>,
@@ -108,7 +108,7 @@ pub(crate) fn scenario(name_or_path: &str) -> Result<Scenario, FileError> {
     Scenario::load(name_or_path)
 }
 
-/// What the first session of a scenario shows of the effects.
+/// Limits of all effects in the first session of a scenario.
 fn shown(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileError> {
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;

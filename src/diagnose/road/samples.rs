@@ -20,14 +20,14 @@ pub(crate) const BLOCK: usize = 3;
 const TRIM: f64 = 0.2;
 /// Slip ratio from which a wheel is on its way to lock or spin.
 const DEEP: f64 = 0.15;
-/// What is left out around it, s.
+/// Time left out around it, s.
 const AROUND: f64 = 0.2;
-/// Slower than this the slips say little, m/s.
+/// Least speed, m/s: below it slips are too inaccurate.
 const SLOWEST: f64 = 4.0;
 
 macro_rules! samples {
     (one: { $($(#[$doc:meta])* $column:ident,)* } two: { $($pair:ident,)* }) => {
-        /// What the residuals are made of, sample by sample, SI, ISO 8855; missing channels are NaN.
+        /// Signals of the residuals, sample by sample, SI, ISO 8855; missing channels are NaN.
         #[derive(Debug, Clone, Default)]
         #[allow(missing_docs)] // a signal and, with `d`, its derivative by time
         pub struct Samples {

@@ -1,11 +1,11 @@
-//! Every candidate's score at the base optimum, the base re-fitted along with it to first order
+//! Score of every candidate at the nominal optimum, with the nominal model fitted along to first order
 //! (`book/src/diagnosis.md`, section 2.3).
 //!
 //! ```text
 //! K = S_bb^-1 S_bj,   I_j = S_jj - S_jb K,   u_g = b_gj - K' b_gb
 //! delta_j = (I_j + 1/9)^-1 sum_g u_g,        se_j^2 = sum_g (u_g - I_gj delta_j)^2 / (I_j + 1/9)^2
 //! ```
-//! `g` runs over manoeuvres; sizes are in the effect's usual one.
+//! `g` runs over manoeuvres; sizes are in usual sizes of the effect.
 
 use nalgebra::DMatrix;
 
@@ -26,7 +26,7 @@ pub struct Score {
     pub std_error: f64,
     /// Fall of twice the loss.
     pub gain: f64,
-    /// What the ride knows of it once the base is fitted too: `1/sqrt` is a standard deviation.
+    /// Information on the size with the nominal model fitted too: `1/sqrt` of it is a standard deviation.
     pub information: f64,
 }
 
@@ -40,8 +40,7 @@ pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
     scores(samples, &Base { values, ..base.clone() }, &parameters, &linear)
 }
 
-/// Scores of the parameters beyond the base's, from a linearisation of them all whose residuals are those at
-/// the base's values.
+/// Scores of the parameters beyond the nominal model's, from a linearisation in all of them at the nominal values.
 pub(crate) fn scores(
     samples: &Samples,
     base: &Base,
@@ -51,7 +50,7 @@ pub(crate) fn scores(
     let problem = Problem::new(samples, &base.start, base.sigma, parameters);
     let (p, b) = (parameters.len(), base.parameters.len());
     let (whole, _) = problem.accumulate(linear);
-    // the priors are observations of the base: what strains them is evidence of what relieves them
+    // priors are observations, too: a parameter far from its prior is evidence for the effect that brings it back
     let priors: Vec<(f64, f64)> =
         base.parameters.iter().map(|p| problem.prior(p, &base.values)).collect();
     let mut base_matrix = whole.view((0, 0), (b, b)).into_owned();
@@ -63,7 +62,7 @@ pub(crate) fn scores(
         return vec![none; p - b];
     };
     let weights = -inverse.solve(&whole.view((0, b), (b, p - b)));
-    let shown = along(samples, &problem, linear, &weights);
+    let shown = pulls_by_manoeuvre(samples, &problem, linear, &weights);
     (b..p)
         .zip(shown)
         .map(|(j, mut pulls)| {
@@ -77,7 +76,7 @@ pub(crate) fn scores(
                 pulls.iter().fold((0.0, 0.0), |(u, i), (pull, own)| (u + pull, i + own));
             let curvature = information + 1.0 / (prior * prior);
             let delta = sum / curvature;
-            // the manoeuvres' scatter about the effect, not about nothing: it would inflate itself
+            // scatter about the effect: about zero, the effect would inflate its own standard error
             let scatter: f64 = pulls.iter().map(|(pull, own)| (pull - own * delta).powi(2)).sum();
             Score {
                 delta,
@@ -89,9 +88,9 @@ pub(crate) fn scores(
         .collect()
 }
 
-/// Downhill pull and curvature of every manoeuvre along each column beyond the base's with its `weights` of the
-/// base's columns.
-fn along(
+/// Downhill pull and curvature of every manoeuvre along each effect's column, plus its `weights` of the nominal
+/// columns.
+fn pulls_by_manoeuvre(
     samples: &Samples,
     problem: &Problem<'_>,
     linear: &Linear,

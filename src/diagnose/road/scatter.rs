@@ -1,7 +1,7 @@
 //! What differs from manoeuvre to manoeuvre: pads that bite anew at every stop, a road whose slope is
 //! not quite the same everywhere.
 //!
-//! Such scatter is neither an effect nor noise within a manoeuvre; null simulations must have it, or what six
+//! Such scatter is neither an effect nor noise within a manoeuvre; fault-free simulations must have it, or what six
 //! stops happen to share looks certain.
 
 use super::parameters::Parameters;
@@ -16,8 +16,8 @@ const GAINS: [&str; 2] = ["brake_gain_front", "brake_gain_rear"];
 /// Curvature from which a manoeuvre tells a parameter: to half a scale.
 const KNOWN: f64 = 4.0;
 /// Standard deviation, as a share, of what a brake's gain differs by over the range of pressures of a ride, as
-/// well over that of speeds and over the heat of its stops. The base model has it constant; that of an
-/// independent plant without a fault, whose lever arm follows a tyre on another suspension, differs by 0.3 %.
+/// well over that of speeds and over the heat of its stops. The nominal model has it constant; that of an
+/// independent simulator without a fault, whose lever arm follows a tyre on another suspension, differs by 0.3 %.
 const INCONSTANT: f64 = 0.005;
 /// Fewest manoeuvres that a spread is made from.
 const FEWEST: usize = 4;
@@ -73,7 +73,7 @@ impl Scatter {
         Scatter { gains, inconstant, level: spread(&level).unwrap_or(0.0) }
     }
 
-    /// Adds scatter to the residuals of a null simulation.
+    /// Adds scatter to the residuals of a fault-free simulation.
     pub(crate) fn add(
         &self,
         samples: &Samples,

@@ -2,7 +2,7 @@
 //!
 //! A fused velocity drifts by centimetres per second, an attitude by tenths of a degree. Such an
 //! error is in every channel that uses the signal, and it bends estimates as no noise on the
-//! residuals would (an error in a regressor); null simulations must have it where it arises.
+//! residuals would (an error in a regressor); fault-free simulations must have it where it arises.
 //!
 //! ```text
 //! kinematic_x = v' - ax - r vy     its integral over T is the drift of v:  D(T) = 2 sd² (1 - e^(-T/tau))

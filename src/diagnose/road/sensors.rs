@@ -1,5 +1,5 @@
 //! What the base's sensors show of a ride, and the ride behind what they showed: zeros, an attitude that is late or too
-//! large, places beside the mass centre. The residuals take the same errors off.
+//! large, places beside the centre of mass. The residuals take the same errors off.
 
 use super::dive::diving;
 use super::parameters::{Parameters, Sensors};
@@ -30,12 +30,12 @@ impl Motion {
         })
     }
 
-    /// What is missing of the measured lean at a sample, rad.
+    /// True less measured lean at a sample, rad.
     fn missing(&self, p: &Sensors, i: usize) -> f64 {
         p.attitude_scale * self.sin_cos[i].0 + p.attitude_delay * self.rate[i]
     }
 
-    /// How much slower aside the mass centre goes than the place of the sensor, m/s.
+    /// How much slower aside the centre of mass goes than the place of the sensor, m/s.
     fn slower(&self, p: &Sensors, i: usize) -> f64 {
         -p.velocity_height * self.sin_cos[i].1 * self.rate[i]
     }

@@ -23,7 +23,7 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::verdict::Verdict;
 use crate::diagnose::cause::{Cause, Naming, Objection};
-use crate::diagnose::engine::name;
+use crate::diagnose::engine::identify_causes;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::RoadTuning;
@@ -43,7 +43,7 @@ use crate::tyre::formulation::Formulation;
 const LATENCY: &str = "latency";
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
 const FEWEST: usize = 100;
-/// Rise of the simulation's errors as a whole, in logarithms, from which what was named is taken back. Without the
+/// Rise of the simulation's errors as a whole, in logarithms, from which the causes are withdrawn. Without the
 /// noise in it right names of 12 rides of `examples/gains` change them by -1.2 to -0.01 and one by +0.12, wrong
 /// ones of 6 by +0.07 to +0.29.
 const WORSE: f64 = 0.02;
@@ -51,15 +51,15 @@ const WORSE: f64 = 0.02;
 /// The diagnosis of a road session with everything that it was made from.
 #[derive(Debug, Clone)]
 pub struct RoadDiagnosis {
-    /// Who and when.
+    /// Session, bike and start.
     pub ident: Ident,
     /// Candidates with their verdicts.
     pub naming: Naming<Base>,
     /// The base that they extend.
     pub base: Base,
-    /// What null simulations show.
+    /// Calibration by fault-free simulations.
     pub calibration: RoadCalibration,
-    /// What more riding would show, where it was asked.
+    /// Recommended riding, if it was requested.
     pub advice: Option<Advice>,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
@@ -95,7 +95,7 @@ impl RoadDiagnosis {
     /// simulated ride it is what a perfect diagnosis would gain.
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
         let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
-        // a base that was dragged astray has no way back to a large effect: from what was named, too
+        // a base that was dragged astray has no way back to a large effect: from the causes, too
         let mut elsewhere = self.naming.extended.values.clone();
         for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
             p.set(&mut elsewhere, p.get(&self.base.start));
@@ -134,12 +134,12 @@ pub struct Fitted<'a> {
     pub session: Cow<'a, Session>,
     /// Its manoeuvres, and the values of its coefficients without the errors of upstream quantities.
     pub ridden: Characterised,
-    /// What is looked at of them.
+    /// The samples in use.
     pub samples: Samples,
-    /// The base model.
+    /// The nominal model.
     pub base: Base,
-    /// Latency of the velocity that characterising the ride finds and corrects, s; nil where it finds none. The base does not
-    /// know of it.
+    /// Latency of the velocity that characterising the ride finds and corrects, s; nil where it finds none. The base
+    /// does not know of it.
     pub latency: f64,
 }
 
@@ -165,7 +165,7 @@ pub fn fitted<'a>(
     let unfiltered = session.as_ref().clone();
     let ridden = characterise_once(unfiltered, bike, pipeline, Formulation::Corrected);
     let Characterised { segments, solution, .. } = &ridden;
-    // the estimate above knows of dive, the base model does not
+    // the estimate above knows of dive, the nominal model does not
     let session = match ridden.session.get(Channel::Grade) {
         Some(grade) => Cow::Owned(on_the_road(session.into_owned(), grade)),
         None => session,
@@ -185,7 +185,7 @@ pub fn fitted<'a>(
     Ok(Fitted { session, ridden, samples, base, latency })
 }
 
-/// A fitted session with its null simulations: all that naming needs but its constants.
+/// A fitted session with its fault-free simulations: all that naming needs but its constants.
 #[derive(Debug)]
 pub struct Prepared<'a> {
     fitted: &'a Fitted<'a>,
@@ -197,7 +197,7 @@ pub struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// Simulates the session and scores the candidates on its null simulations.
+    /// Simulates the session and scores the candidates on its fault-free simulations.
     pub fn new(fitted: &'a Fitted<'a>, settings: &'a Settings) -> Self {
         let Fitted { session, ridden, samples, base, .. } = fitted;
         let segments = &ridden.segments;
@@ -227,7 +227,7 @@ impl<'a> Prepared<'a> {
     /// The causes under some constants.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn naming(&self, tuning: &RoadTuning) -> Naming<Base> {
-        name(&self.engine(tuning))
+        identify_causes(&self.engine(tuning))
     }
 }
 
@@ -256,7 +256,7 @@ pub fn diagnose(
         let errors = simulation_errors(&replays, &right, seed, &ident);
         (replays, errors)
     };
-    let mut naming = name(&engine);
+    let mut naming = identify_causes(&engine);
     let (mut replays, mut simulation_errors) = simulated(&naming);
     if worsens(&simulation_errors) {
         naming = engine.withdrawn(naming, Objection::WorseSimulation);
@@ -310,7 +310,7 @@ pub fn diagnose(
 /// A road session as far as a comparison with the motorcycle's other rides needs it.
 #[derive(Debug, Clone)]
 pub struct Estimated {
-    /// Who and when.
+    /// Session, bike and start.
     pub ident: Ident,
     /// Where, by whom and on what tyres it was ridden.
     pub circumstances: Circumstances,
@@ -358,7 +358,7 @@ fn corrected_already(causes: &mut [CauseRow], latency: f64) {
     }
 }
 
-/// Whether what was named is taken back: the simulation of manoeuvres left out gets worse with it as a whole, or in more
+/// Whether the causes are withdrawn: the simulation of manoeuvres left out gets worse with them as a whole, or in more
 /// signals than it gets better in.
 fn worsens(errors: &[SimulationError]) -> bool {
     let count = |is: fn(&SimulationError) -> bool| errors.iter().filter(|e| is(e)).count();
@@ -366,7 +366,7 @@ fn worsens(errors: &[SimulationError]) -> bool {
         || count(SimulationError::is_worse) > count(SimulationError::is_better)
 }
 
-/// Seed of a session's null simulations, which so depend on the session alone.
+/// Seed of a session's fault-free simulations, which so depend on the session alone.
 pub(super) fn seed(session_id: &str) -> u64 {
     let hash = blake3::hash(session_id.as_bytes());
     hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b))

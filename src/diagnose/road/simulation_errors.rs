@@ -1,4 +1,4 @@
-//! How far the simulation is off on manoeuvres left out of the fit, before and after the named causes, in
+//! How far the simulation is off on manoeuvres left out of the fit, before and after the identified causes, in
 //! the channels' own units: rows of `simulation_errors` (`book/src/diagnosis.md`, section 2.10).
 
 use crate::contract::schema;
@@ -14,7 +14,7 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 use crate::store::tables::rows::{Ident, SimulationError};
 
-/// Null simulations from which follows what a model that is right leaves.
+/// Fault-free simulations, which show what a correct model leaves.
 const NULLS: usize = 4;
 /// Draws of manoeuvres for an interval.
 const DRAWS: usize = 400;

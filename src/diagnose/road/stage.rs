@@ -1,4 +1,4 @@
-//! A stage of the naming on the road: a model, and what candidates and structure show on null simulations
+//! A stage of the search on the road: a model, and what candidates and structure show on fault-free simulations
 //! of it.
 
 use std::sync::Arc;
@@ -23,14 +23,14 @@ use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 /// Most steps to the sizes that are simulated.
 const TIMES_SIMULATED: usize = 3;
 
-/// What a stage is made for: a ride and all its candidates.
+/// A ride with all its candidates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ride<'a> {
-    /// What was measured.
+    /// Measured signals.
     pub samples: &'a Samples,
     /// Every candidate.
     pub effects: &'a [Effect],
-    /// The constants of the naming.
+    /// The tuned constants.
     pub tuning: &'a RoadTuning,
 }
 
@@ -51,7 +51,7 @@ impl Ride<'_> {
         }
     }
 
-    /// What is fitted of a candidate.
+    /// Fitted parameter of a candidate.
     pub(crate) fn parameter(&self, candidate: &Candidate) -> Parameter {
         self.effects[candidate.place].parameter()
     }
@@ -67,7 +67,7 @@ impl Ride<'_> {
     }
 }
 
-/// What namings of one ride by different constants have in common; by default nothing is kept.
+/// Results that searches of one ride with different constants share; by default nothing is kept.
 #[derive(Debug, Default)]
 pub(crate) struct Memory<'a> {
     /// Models fitted to the ride.
@@ -76,7 +76,7 @@ pub(crate) struct Memory<'a> {
     scores: Kept<Vec<Score>>,
     /// The ride simulated on a model.
     simulations: Kept<NullSimulation<'a>>,
-    /// What a null simulation shows.
+    /// Results of fault-free simulations.
     shown: Kept<Shown>,
 }
 
@@ -118,14 +118,14 @@ impl Memory<'_> {
     }
 }
 
-/// What a model is told from others by.
+/// Key of a model, from its values.
 fn key_of(model: &Base) -> Key {
     let Base { start, values, sigma, loss, parameters } = model;
     let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
     Key::of(&(start, values, sigma, loss, names))
 }
 
-/// What stands for all that null simulations show of effects beside a model.
+/// Key of the results of fault-free simulations for effects beside a model.
 fn key_of_shown(noise_of: Key, simulated: &Parameters, model: &Base, effects: &[Effect]) -> Key {
     Key::of(&(noise_of, simulated, key_of(model), names(effects)))
 }
@@ -134,32 +134,32 @@ fn names(effects: &[Effect]) -> Vec<&'static str> {
     effects.iter().map(|e| e.name).collect()
 }
 
-/// A model, and what candidates and structure show on null simulations of it.
+/// A model, and what candidates and structure show on fault-free simulations of it.
 #[derive(Debug)]
 pub(crate) struct Stage<'a> {
     /// The base, or the base with causes.
     pub model: Base,
-    /// Null simulations with the noise that the model leaves.
+    /// Fault-free simulations with the noise that the model leaves.
     pub simulation: Arc<NullSimulation<'a>>,
     /// The model that their noise was learnt from.
     pub noise_of: Key,
-    /// What is simulated: the model, with sizes as they must be for fits to give the model's.
+    /// Simulated parameters: the model, with sizes for which fits give the model's sizes.
     pub simulated: Parameters,
     /// Places of the candidates that are not in the model.
     pub open: Vec<usize>,
     /// Their scores to first order.
     pub scores: Vec<Score>,
-    /// What they show on the null simulations, in the order of `open`.
+    /// Their calibration by fault-free simulations, in the order of `open`.
     pub calibration: RoadCalibration,
-    /// What each gains when a strained base is fitted with it, and its size then in usual ones; empty where
-    /// the base is not strained.
+    /// Gain of each when an implausible nominal fit is repeated with it, and its size in usual sizes; empty where
+    /// the nominal fit is plausible.
     pub strain_gains: Vec<(f64, f64)>,
 }
 
 impl<'a> Stage<'a> {
     /// The next: a model that fits better leaves less noise.
     ///
-    /// Null simulations of it tell what sizes its causes have. Candidates are held against them only where
+    /// Fault-free simulations of it tell what sizes its causes have. Candidates are held against them only where
     /// those of the stage before have it that one may be a cause as well: they cost the most.
     pub(crate) fn next(
         ride: &Ride<'_>,
@@ -241,9 +241,9 @@ impl<'a> Stage<'a> {
     pub(crate) fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
         let judged = |(k, (place, score)): (usize, (&usize, &Score))| {
             let (strained, size) = self.strain_gains.get(k).copied().unwrap_or((0.0, 0.0));
-            let relieves = strained > super::base::RELIEVED;
-            // what is linear about a strained base is not about the truth: the fit with the candidate is
-            let score = match relieves {
+            let makes_plausible = strained > super::base::PLAUSIBLE_GAIN;
+            // an implausible fit is too far from the truth for a linearisation: the fit with the candidate is used
+            let score = match makes_plausible {
                 true => {
                     Score { delta: size, std_error: self.calibration.scale.scatter[k], ..*score }
                 }
@@ -259,14 +259,14 @@ impl<'a> Stage<'a> {
                 bias: self.calibration.bias[k] * unit,
                 score: calibrated.score,
                 gain: score.gain.max(strained),
-                relieves,
+                makes_plausible,
             }
         };
         self.open.iter().zip(&self.scores).enumerate().map(judged).collect()
     }
 
-    /// The residual structure: the term that gains most beyond its usual, how many times what null
-    /// simulations show the most unusual term is, and the linearisation it was found in.
+    /// The residual structure: the term that gains most beyond its usual gain, the size of the most unusual term over the
+    /// threshold of fault-free simulations, and the linearisation in which it was found.
     pub(crate) fn structure(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
         let problem = self.model.problem(samples);
         let linear = problem.linear(&self.model.values);
@@ -277,7 +277,7 @@ impl<'a> Stage<'a> {
 }
 
 /// The model to simulate for fits to give the sizes that the model's fit gives: a fit that gives half of a
-/// size leaves the other half for another candidate to take up. `fits` are those to null simulations of such a
+/// size leaves the other half for another candidate to take up. `fits` are those to fault-free simulations of such a
 /// model. The share is not the same for every size, so that a large one needs more than one step.
 fn simulated(
     ride: &Ride<'_>,
@@ -319,7 +319,7 @@ fn around(ride: &Ride<'_>, model: &Base, sizes: &Parameters, named: &[Cause]) ->
     fixed.extended(ride.samples, &[], 3).values
 }
 
-/// Sizes and their errors from null simulations of the model itself: what a fit makes of a size that is
+/// Sizes and their errors from fault-free simulations of the model itself: what a fit makes of a size that is
 /// known there is what it makes of the unknown one here.
 ///
 /// A fit gives a share of a true size beside a bias that is there without it: noise in a regressor holds

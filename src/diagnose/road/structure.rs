@@ -3,7 +3,7 @@
 //!
 //! A term is a channel's residual as a straight line and a parabola of a covariate (Legendre
 //! polynomials on its range), the model's parameters re-fitted along with it to first order. Its gain
-//! counts in units of what the same term gains in null simulations.
+//! counts in units of what the same term gains in fault-free simulations.
 
 use nalgebra::{DMatrix, DVector};
 

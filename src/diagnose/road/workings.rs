@@ -1,5 +1,5 @@
-//! What the residuals are made of at some parameters, kept: a linearisation in sixty parameters works out anew for
-//! each only what that one acts on.
+//! Intermediate results of the residuals, kept for a linearisation in sixty parameters: for each parameter only the
+//! parts that it acts on are computed again.
 
 use super::attitude::{Attitude, Known, Posture};
 use super::parameters::{Parameter, Parameters};
@@ -8,28 +8,28 @@ use super::samples::Samples;
 use crate::contract::residual_channel::ResidualChannel;
 use crate::simulate::effects::physics::Reach;
 
-/// Change of the slip ratio up to which a friction curve is a parabola: what all short series leave out is less than
-/// 0.03 % of the change of the residuals (`tests/it/effects.rs`).
-const SLIGHT: f64 = 2e-4;
+/// Largest change of the slip ratio over which a friction curve is taken as a parabola. All short series together err by
+/// less than 0.03 % of the change of the residuals (`tests/it/effects.rs`).
+const MAX_PARABOLA_SLIP_CHANGE: f64 = 2e-4;
 
-/// A point of a friction curve: slip ratio, value, slope, curvature.
+/// A point of a friction curve: slip ratio, friction, slope, curvature.
 type Point = [f64; 4];
 
-/// Workings of the residuals at some parameters, sample by sample.
+/// Attitude, forces and friction of every sample at one set of parameters.
 #[derive(Debug)]
-pub struct Workings<'a> {
+pub struct LinearisationCache<'a> {
     samples: &'a Samples,
     values: &'a Parameters,
     posture: Posture,
     attitudes: Vec<Attitude>,
     forces: Vec<Forces>,
     curves: Vec<[Point; 2]>,
-    /// The residuals there.
+    /// The residuals at these parameters.
     pub blocks: Blocks,
 }
 
-impl<'a> Workings<'a> {
-    /// Those at some parameters.
+impl<'a> LinearisationCache<'a> {
+    /// Computes them at `values`.
     pub fn of(samples: &'a Samples, values: &'a Parameters) -> Self {
         let posture = Posture::of(values);
         let mut attitudes = Vec::with_capacity(samples.len());
@@ -51,10 +51,10 @@ impl<'a> Workings<'a> {
             (value, slope)
         };
         let blocks = blocks_of(samples, values, Reach::ATTITUDE, attitude, all, curve);
-        Workings { samples, values, posture, attitudes, forces, curves, blocks }
+        LinearisationCache { samples, values, posture, attitudes, forces, curves, blocks }
     }
 
-    /// The residuals with one of the parameters elsewhere, and what it acts on: in other channels they are nil.
+    /// The residuals with one parameter at another value, and the channels that it acts on; all other channels are 0.
     pub fn near(&self, parameter: &Parameter, value: f64) -> (Blocks, Reach) {
         let mut near = self.values.clone();
         parameter.set(&mut near, value);
@@ -66,14 +66,14 @@ impl<'a> Workings<'a> {
             Attitude::near(self.samples, &posture, i, cornering, known)
         };
         let forces = |_, instant: &Instant<'_>| instant.longitudinal();
-        // of what stays there are no copies: they are large
+        // unchanged parts are borrowed: they are large
         let (same_attitude, same_forces) =
             (|i: usize, _| &self.attitudes[i], |i: usize, _: &Instant<'_>| &self.forces[i]);
         let same = near.friction == self.values.friction;
         let curve = |k: usize, i: usize, ratio: f64| {
             let [at, value, slope, curvature] = self.curves[i][k];
             let by = ratio - at;
-            match same && by.abs() < SLIGHT {
+            match same && by.abs() < MAX_PARABOLA_SLIP_CHANGE {
                 true => (value + by * (slope + 0.5 * by * curvature), slope + by * curvature),
                 false => near.friction[k].value_and_slope(ratio),
             }
@@ -87,7 +87,7 @@ impl<'a> Workings<'a> {
         (blocks, reach)
     }
 
-    /// Derivatives of the residuals by a parameter, in its scales, by a difference over `step` of them.
+    /// Derivatives of the residuals by a parameter, in its scales: the difference over `step` scales.
     pub fn column(&self, parameter: &Parameter, step: f64) -> Blocks {
         let value = parameter.get(self.values) + step * parameter.scale;
         let (mut column, reach) = self.near(parameter, value);
@@ -95,7 +95,7 @@ impl<'a> Workings<'a> {
             ResidualChannel::ALL.into_iter().zip(column.iter_mut().zip(&self.blocks))
         {
             if reach.acts_on(channel) {
-                // what cannot be told at one of the two places says nothing
+                // a residual that is missing at either value has no derivative
                 there.iter_mut().zip(here).for_each(|(t, h)| {
                     let slope = (*t - h) / step;
                     *t = if slope.is_finite() { slope } else { 0.0 };

@@ -53,7 +53,7 @@ impl Config {
     /// Checks the settings.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("off_force", self.off_force, 0.0, 5000.0),

@@ -190,7 +190,7 @@ impl Kinematics {
 
     fn forward(&mut self, column: &Columns<'_>, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let (n, rate) = (self.mu.len(), self.rate);
-        // a chassis point from the mass centre, in ground axes
+        // a chassis point from the centre of mass, in ground axes
         let turned = |mu: f64, [x, z]: [f64; 2]| {
             let (sin, cos) = mu.sin_cos();
             [cos * x + sin * z, cos * z - sin * x]
@@ -238,7 +238,7 @@ impl Kinematics {
         }
     }
 
-    /// `z_s'' = (a_z3 - x_s'' sin mu) / cos mu + g`, `a_z3` brought to the mass centre.
+    /// `z_s'' = (a_z3 - x_s'' sin mu) / cos mu + g`, `a_z3` brought to the centre of mass.
     fn vertical(&mut self, force: &Specific, machine: &PlanarMotorcycle, notes: &mut Notes) {
         let n = self.mu.len();
         let places = machine.sensors.places();

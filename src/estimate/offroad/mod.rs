@@ -58,7 +58,7 @@ pub struct Config {
     /// Rider models; the first is the one whose forces coefficients and manoeuvres are made from,
     /// the others stand beside it.
     pub riders: Vec<Rider>,
-    /// The chain.
+    /// Source of the lever arm of the chain's pull.
     pub chain: ChainLever,
     /// Samples per second of the `signals` table, Hz.
     pub signals_rate: f64,
@@ -68,7 +68,7 @@ pub struct Config {
     pub contact: contact::Config,
     /// The least-squares solution.
     pub solve: solve::Config,
-    /// The riders.
+    /// Settings of the rider models.
     pub rider: rider::Config,
 }
 
@@ -90,7 +90,7 @@ impl Config {
     /// Checks the settings.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("signals_rate", self.signals_rate, 1.0, 1e5),
@@ -133,7 +133,7 @@ pub struct Estimate {
     pub half_at_pegs: TyreForces,
 }
 
-/// What one rider model gives.
+/// Result of one rider model.
 #[derive(Debug, Clone)]
 pub struct RiderEstimate {
     /// The model.

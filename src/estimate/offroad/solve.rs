@@ -244,7 +244,7 @@ impl<'a> Solver<'a> {
 }
 
 impl Kinematics {
-    /// What the matrices depend on, at a sample.
+    /// Inputs of the matrices, at a sample.
     #[inline]
     pub fn motion(&self, i: usize) -> Motion {
         Motion {

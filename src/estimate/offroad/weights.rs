@@ -8,7 +8,7 @@ use crate::motorcycle::offroad::planar::{Noise, PlanarMotorcycle};
 /// Rows mixed and scaled: `B_d` of the paper, lower triangular; zero in lost rows and columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// `B_d`.
+    /// `B_d` of the paper: 5 x 5, rows by equation.
     pub b_d: [[f64; 5]; 5],
     /// Whether only its diagonal is used.
     pub diagonal: bool,

@@ -51,7 +51,7 @@ impl Config {
     /// Checks the settings.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("min_speed", self.min_speed, 3.0, 40.0),

@@ -17,10 +17,10 @@
 //! k = g (h - rho) sin(phi) / (rho + (h - rho + sum(I_i/R_i)/m) cos(phi)) / v^2    path's curvature: balance of roll
 //! ```
 //! A tyre's crown stands on its side in a bend and the wheels' spin rights the motorcycle: it is leant by a tenth to a
-//! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes what is left of `F`; under the
-//! front brake with closed throttle the rear one is the engine's and its own brake's, and the front one
-//! takes what is left. Rolling resistance needs no slip, because radii are those of a freely rolling
-//! wheel: it is in the balance and not in the slip forces.
+//! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes what is left of
+//! `F`; under the front brake with closed throttle the rear one is the engine's and its own brake's, and the front one
+//! takes what is left. Rolling resistance needs no slip, because radii are those of a freely rolling wheel: it is in
+//! the balance and not in the slip forces.
 
 use super::columns::{Columns, FREE_PRESSURE};
 use super::curve::Slip;
@@ -229,8 +229,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Lateral acceleration of a steady bend at a lean, m/s²: the mass centre's weight about the crowns' line against its
-    /// centrifugal force and the wheels' gyroscopic moment.
+    /// Lateral acceleration of a steady bend at a lean, m/s²: the weight at the centre of mass about the crowns' line
+    /// against its centrifugal force and the wheels' gyroscopic moment.
     pub fn lateral(&self, theta: &Theta, lean: f64) -> f64 {
         let on_front = (self.wheelbase - theta[ARM]) / self.wheelbase;
         let crown = on_front * theta[RHO_F] + (1.0 - on_front) * theta[RHO_R];
@@ -239,7 +239,7 @@ impl<'a> Model<'a> {
         GRAVITY * above * lean.sin() / (crown + (above + spinning) * lean.cos())
     }
 
-    /// Split of a sample's forces; `None` where they cannot be told.
+    /// Split of a sample's forces; `None` where they are not known.
     fn split(&self, theta: &Theta, held: &Held) -> Option<Split> {
         let (c, i) = (self.columns, held.at);
         if c.pressure[0].is_some() {

@@ -1,6 +1,6 @@
 //! Outlying manoeuvres as rows of their table and as sentences.
 
-use super::place;
+use super::place::{self, Place};
 use super::quantity::{Fitted, Outlying};
 use crate::contract::warning::{OUTLYING_MANOEUVRE, Warning};
 use crate::statistics::number_format::{decimals, fixed};
@@ -66,12 +66,13 @@ impl Outlying {
         let (c, segment) = (&self.compared, &fitted.segments[self.compared.segment]);
         let kind = segment.kind.name().replace('_', " ");
         let start = fixed(fitted.session.time(segment.start), 1);
+        let place = whereabouts(&place::of(fitted.session, segment));
         let (unit, scale) = self.quantity.shown;
         let (words, cause) = (self.quantity.words, self.cause());
         if c.t.is_infinite() {
             let size = fixed(scale * c.value, 2);
             return format!(
-                "{kind} at {start} s: {words} {size} {unit} while the motorcycle moved; {cause}"
+                "{kind} at {start} s{place}: {words} {size} {unit} while the motorcycle moved; {cause}"
             );
         }
         let size = scale * (c.value - c.expected);
@@ -83,8 +84,32 @@ impl Outlying {
         let way = if size > 0.0 { "more" } else { "less" };
         let others = c.others;
         format!(
-            "{kind} at {start} s: {size_words} {unit} {way} {words} ({low} to {high}) than the ride's {others} \
+            "{kind} at {start} s{place}: {size_words} {unit} {way} {words} ({low} to {high}) than the ride's {others} \
              others; possible cause: {cause}"
         )
+    }
+}
+
+/// Where the middle of a manoeuvre is, in brackets; empty where the log does not say.
+fn whereabouts(place: &Place) -> String {
+    let ridden = place.distance.map(|d| format!("{} km from the start", fixed(d / 1000.0, 2)));
+    let at = place.latitude.zip(place.longitude);
+    let at = at.map(|(latitude, longitude)| format!("{latitude:.5}, {longitude:.5}"));
+    let parts: Vec<String> = ridden.into_iter().chain(at).collect();
+    if parts.is_empty() { String::new() } else { format!(" ({})", parts.join("; ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_manoeuvre_is_found_again_by_distance_and_position() {
+        let place = Place { distance: Some(3814.3), latitude: Some(45.5), longitude: Some(-7.25) };
+        assert_eq!(whereabouts(&place), " (3.81 km from the start; 45.50000, -7.25000)");
+        let unplaced = Place { distance: Some(3814.3), latitude: None, longitude: None };
+        assert_eq!(whereabouts(&unplaced), " (3.81 km from the start)");
+        let nothing = Place { distance: None, latitude: None, longitude: None };
+        assert_eq!(whereabouts(&nothing), "");
     }
 }

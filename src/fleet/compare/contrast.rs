@@ -23,7 +23,7 @@ pub(super) struct Member<'a> {
     pub bike: usize,
     /// 0 is A, 1 is B.
     pub side: usize,
-    /// The tyre.
+    /// Key of the tyre that it was ridden on.
     pub tyre: &'a str,
     /// The tyre's part of the model's error, on the scale of the value.
     pub of_tyre: f64,
@@ -146,8 +146,8 @@ impl<'a> Members<'a> {
         Variance { total, own, dof: combined_dof(&parts), shared }
     }
 
-    /// What the spread between tyres makes of the variance, by the side whose spread it is. A tyre is what it is on both
-    /// sides: of one that both rode only the difference of its weights is left.
+    /// Part of the variance by the spread between tyres, for each side. A tyre is the same on both sides: if both rode it,
+    /// only the difference of its weights counts.
     fn apart(&self, c: &[f64]) -> [f64; 2] {
         let mut weights: BTreeMap<(usize, &str), (f64, usize)> = BTreeMap::new();
         for (of, weight) in self.all.iter().zip(c).filter(|(_, weight)| **weight != 0.0) {

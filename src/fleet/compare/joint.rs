@@ -29,7 +29,7 @@ const OF_COURSE: [(C, f64); 3] =
 /// The groups of one motorcycle.
 #[derive(Debug)]
 pub(super) struct Joint {
-    /// Whose each value is.
+    /// Key of each value.
     pub keys: Vec<Key>,
     /// Scale of each.
     pub scales: Vec<Scale>,

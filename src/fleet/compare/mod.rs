@@ -41,14 +41,14 @@ const KNOWN: f64 = 0.3;
 /// A difference that sessions are to show where they show none, a share.
 const WORTH_KNOWING: f64 = 0.05;
 
-/// What the sessions of one side say of a coefficient.
+/// Mean and interval of a coefficient over the sessions of one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Side {
-    /// Value.
+    /// Mean of the side's sessions, in the coefficient's unit.
     pub value: f64,
     /// 95 % interval, with all errors.
     pub interval: [f64; 2],
-    /// Sessions.
+    /// Number of sessions with a value.
     pub sessions: usize,
 }
 
@@ -71,8 +71,8 @@ pub struct Difference {
     pub is_assumed: bool,
     /// Share of the two sides' variances that is in both and cancels.
     pub cancelled: f64,
-    /// What makes most of the variance, and its share: `rides`, or a shared error by its name, which it is, too, where no
-    /// number of rides would do.
+    /// Source of most of the variance, and its share: `rides`, or the name of a shared error. It is the error, too, if no
+    /// number of rides would suffice.
     pub limited_by: (String, f64),
     /// Sessions more on each side after which the seen difference would be beyond its interval; none where no number of
     /// them suffices.
@@ -92,7 +92,7 @@ impl Difference {
     }
 }
 
-/// What a comparison says of a coefficient.
+/// Verdict of a comparison on a coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// B is larger.
@@ -124,7 +124,7 @@ pub struct Compared {
     pub tyre: String,
     /// Its name.
     pub coefficient: String,
-    /// Its unit.
+    /// Unit of the coefficient.
     pub unit: String,
     /// A and B, where sessions of theirs determine it.
     pub sides: [Option<Side>; 2],
@@ -310,7 +310,7 @@ fn difference(members: &Members<'_>, scale: Scale, a: &Side, b: &Side) -> Option
     })
 }
 
-/// What makes most of a variance, and its share; the rides only where more of them would do.
+/// Source of most of a variance, and its share; the rides only if more of them would suffice.
 fn limit(variance: &Variance, rides_do: bool) -> (String, f64) {
     let own: f64 = variance.own.iter().sum();
     let most = variance.shared.iter().max_by(|a, b| a.1.total_cmp(b.1));

@@ -13,6 +13,6 @@ pub struct Session {
     pub side: usize,
     /// Models of front and rear tyre, where they are known.
     pub tyres: [Option<String>; 2],
-    /// What it tells, error by error.
+    /// Its values, error by error.
     pub pieces: Vec<Piece>,
 }

@@ -96,7 +96,7 @@ impl Renamed {
     }
 }
 
-/// What an error is called that equal names share.
+/// Name of an error; errors of one name are shared.
 fn name(session: &Session, piece: &Piece) -> String {
     let source = piece.source.as_str();
     let whose = match Axle::BOTH.into_iter().find(|a| source.starts_with(&format!("{}.", a.name())))

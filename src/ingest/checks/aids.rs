@@ -17,7 +17,7 @@ impl Aids {
     /// Reads the files.
     ///
     /// # Errors
-    /// A sentence that names the file.
+    /// Error text that names the file.
     pub fn read(dbc: &[PathBuf]) -> Result<Self, FileError> {
         let names = dbc.iter().map(|path| path.display().to_string()).collect();
         let dbc = dbc.iter().map(|path| read_dbc(path)).collect::<Result<_, FileError>>()?;
@@ -28,7 +28,7 @@ impl Aids {
 /// The text of a CAN database. Old ones are not UTF-8; their names and numbers are plain ASCII.
 ///
 /// # Errors
-/// A sentence that names the file.
+/// Error text that names the file.
 pub(crate) fn read_dbc(path: &Path) -> Result<String, FileError> {
     let bytes = std::fs::read(path).map_err(|e| FileName::new("DBC", path.display()).unread(e))?;
     Ok(match String::from_utf8(bytes) {

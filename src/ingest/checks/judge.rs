@@ -6,7 +6,9 @@ use crate::ingest::formats::detect::format_of;
 use crate::ingest::formats::format::Decoder;
 use crate::ingest::formats::listing::{Decoded, SourceChannel};
 use crate::ingest::formats::survey::{Survey, parts};
+use crate::ingest::maps::ChannelMap;
 use crate::ingest::maps::propose;
+use crate::ingest::maps::propose::compare::claims;
 use crate::ingest::maps::propose::motion;
 use crate::ingest::maps::propose::physics::{Clock, Log, Verdicts, judge};
 use crate::store::objects::Location;
@@ -21,6 +23,21 @@ pub fn by_motion(
     survey: &Survey,
     radii: Option<[f64; 2]>,
 ) -> Result<Verdicts, Error> {
+    by_motion_and_map(log, aids, survey, radii, None)
+}
+
+/// The same, with what a map that was fitted to the log makes of its channels: where a channel's name says nothing, the
+/// map's word makes it a candidate, so that the motion is asked about it.
+///
+/// # Errors
+/// As [`by_motion`].
+pub(crate) fn by_motion_and_map(
+    log: &Location,
+    aids: &Aids,
+    survey: &Survey,
+    radii: Option<[f64; 2]>,
+    map: Option<&ChannelMap>,
+) -> Result<Verdicts, Error> {
     let Some(Decoder { decode, .. }) = format_of(log)?.decoder else {
         return Ok(Verdicts::default());
     };
@@ -31,7 +48,8 @@ pub fn by_motion(
         return Ok(Verdicts::default());
     }
     let channels = &survey.listing.channels;
-    let mut judged = Log::new(channels, Clock::between(start, end));
+    let claims = map.map_or_else(Vec::new, |map| claims(map, &survey.listing));
+    let mut judged = Log::new(channels, Clock::between(start, end)).claimed(&claims);
     let mut place = 0;
     for part in parts(channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
@@ -39,7 +57,11 @@ pub fn by_motion(
         judged.take(place, columns);
         place += part.len();
     }
-    Ok(judge(&judged, radii))
+    let mut verdicts = judge(&judged, radii);
+    for (_, why) in verdicts.left.iter_mut().filter(|(place, _)| judged.is_claimed(*place)) {
+        *why = why.replacen("named like", "mapped to", 1);
+    }
+    Ok(verdicts)
 }
 
 /// The draft of a channel map for a log: by its motion, or by names and units where nothing moves.

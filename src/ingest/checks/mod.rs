@@ -32,6 +32,7 @@ mod angles;
 mod bends;
 #[cfg(test)]
 mod broken;
+mod calculated;
 pub(crate) mod clean;
 pub(crate) mod coarse;
 mod controls;
@@ -139,6 +140,8 @@ fn run<'a>(
     angles::check(&view, bike, &mut findings)?;
     course::check(&view, &mut findings)?;
     accelerations::check(&view, speed, &mut findings)?;
+    drop_left_out(&mut view, &findings);
+    calculated::check(&view, &mut findings)?;
     drop_left_out(&mut view, &findings);
     bends::check(&view, speed.ground, &mut findings)?;
     drop_left_out(&mut view, &findings);

@@ -95,7 +95,7 @@ fn brakes(
     let beyond = hardest.map(|d| d.filter(|d| d.0 > limit));
     let bound = format!(
         "rear brake and engine together give {limit:.1} m/s2 at most (friction {LARGEST_FRICTION}, the bike \
-         file's wheelbase and mass centre)"
+         file's wheelbase and centre of mass)"
     );
     match beyond {
         [Some((front, n)), Some((rear, m))] => out.push(Finding {
@@ -130,7 +130,7 @@ fn brakes(
                 channel: NAMES[1],
                 count: evidence.n,
                 message: format!(
-                    "brake_pressure_front and brake_pressure_rear seem exchanged: in {} brakings with \
+                    "brake_pressure_front and brake_pressure_rear seem exchanged: in {} stops with \
                      one of them alone the wheels turn as they do under the other brake (log \
                      likelihood ratio {:.1}, {:.0} decides); exchange them in the channel map",
                     evidence.brakings, -evidence.sum, DECIDED.0
@@ -143,7 +143,7 @@ fn brakes(
 /// What the wheels say of the brakes.
 #[derive(Debug, Default)]
 struct Evidence {
-    /// Sum of (2) over the brakings; positive for channels as they are named.
+    /// Sum of (2) over the braking manoeuvres; positive for channels as they are named.
     sum: f64,
     brakings: usize,
     n: usize,

@@ -119,6 +119,11 @@ pub const CHECKS: &[Check] = &[
         Effect::LeaveOut,
     ),
     check(
+        RejectionCode::CalculatedLean,
+        "`tan(roll)` against `a_y / g` and `v r / g`: the same number by number",
+        Effect::LeaveOut,
+    ),
+    check(
         RejectionCode::ScaleLateral,
         "lean, yaw rate, yaw, track and `a_y`: the lateral acceleration by each against the others",
         Effect::LeaveOut,

@@ -227,7 +227,7 @@ mod tests {
         let late = jittered(3, 0.0, 0.04);
         let clocks: Vec<Vec<f64>> =
             (0..3).map(|k| late.iter().map(|t| t + 0.002 * f64::from(k)).collect()).collect();
-        // told apart by a sample each, so that none is another one shifted
+        // one sample each differs, so that none is another one shifted
         let clocks: Vec<Vec<f64>> =
             clocks.iter().enumerate().map(|(k, c)| c[k..].to_vec()).collect();
         for (k, after) in stamps(&clocks).iter().enumerate() {

@@ -302,7 +302,7 @@ impl ChannelMap {
     /// Reads and checks a map.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::parse(&Self::text_of(path)?, &path.display().to_string())
     }
@@ -311,7 +311,7 @@ impl ChannelMap {
     /// the map means, wherever it is read.
     ///
     /// # Errors
-    /// A sentence that names the file.
+    /// Error text that names the file.
     pub fn text_of(path: &Path) -> Result<String, FileError> {
         let name = path.display().to_string();
         let text = read_text(path).map_err(|e| FileName::new("channel map", &name).unread(e))?;
@@ -333,7 +333,7 @@ impl ChannelMap {
     /// Checks a map's text; `name` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
         parse(text, name)
     }

@@ -34,14 +34,14 @@ const DEVIATIONS: [C; 10] = [
     C::YawRateSd,
 ];
 
-/// Lever arm to the mass centre where nobody measured it, and where somebody did, m.
+/// Lever arm to the centre of mass where nobody measured it, and where somebody did, m.
 const UNKNOWN_ARM: f64 = 0.3;
 const MEASURED_ARM: f64 = 0.02;
 /// A receiver that repeats its last numbers for longer than this has really stood still, s.
 const REPEATS: f64 = 1.05;
 
-/// The receiver's instants, if the log has an inertial unit. Its own channels are taken out of the log; its speed stays as
-/// forward velocity where there is no other.
+/// The receiver's instants, if the log has an inertial unit. Its own channels are taken out of the log; its speed stays
+/// as forward velocity where there is no other.
 pub(crate) fn take_receiver(log: &mut Clocked) -> Option<Vec<Epoch>> {
     let has = |log: &Clocked, c: C| log.tracks.iter().any(|t| t.channel == c);
     let whole = RATES.iter().chain(&FORCES).all(|c| has(log, *c));

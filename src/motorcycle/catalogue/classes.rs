@@ -42,7 +42,7 @@ pub struct Class {
     pub wheelbase: Usual,
     /// Share of the weight with rider on the front wheel.
     pub front_share: Usual,
-    /// Height of the mass centre with rider over the wheelbase.
+    /// Height of the centre of mass with rider over the wheelbase.
     pub height_share: Usual,
     /// Caster angle, deg.
     pub caster: Usual,

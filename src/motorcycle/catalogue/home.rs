@@ -9,14 +9,14 @@ use crate::contract::key_error::KeyError;
 pub(crate) const SCALE_SD: f64 = 0.7;
 /// A height by a tape, standard deviation, m.
 const TAPE_SD: f64 = 0.003;
-/// Share by which a rider sits otherwise the second time, of the height of the mass centre.
+/// Share by which a rider sits otherwise the second time, of the height of the centre of mass.
 const POSTURE: f64 = 0.015;
 /// The period of ten swings by a watch, over ten, standard deviation, s.
 const PERIOD_SD: f64 = 0.01;
 /// A wheel on a kitchen or luggage scale, standard deviation, kg.
 const WHEEL_SD: f64 = 0.1;
 
-/// Mass (kg) and distance of the mass centre from the front contact (m) from the loads (kg) of the wheels on two
+/// Mass (kg) and distance of the centre of mass from the front contact (m) from the loads (kg) of the wheels on two
 /// scales, rider seated, and the wheelbase.
 ///
 /// # Errors
@@ -40,7 +40,7 @@ pub(crate) fn two_scales(
     ])
 }
 
-/// Height of the mass centre (m): with the rear axle `lift` (m) above its height on the ground, the front scale
+/// Height of the centre of mass (m): with the rear axle `lift` (m) above its height on the ground, the front scale
 /// shows `loads[1]` instead of `loads[0]` (kg); `radius` is that of the wheels, m.
 ///
 /// ```text

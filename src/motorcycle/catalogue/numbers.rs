@@ -36,6 +36,11 @@ impl Origin {
         }
     }
 
+    /// Whether it is of a data sheet or of the tyre's size: not measured, and no guess of the class either.
+    pub fn is_printed(self) -> bool {
+        matches!(self, Origin::DataSheet | Origin::TyreSize)
+    }
+
     /// Whether nobody measured it on this motorcycle.
     pub fn is_guess(self) -> bool {
         !matches!(self, Origin::Measured | Origin::Said)

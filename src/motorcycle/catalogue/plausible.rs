@@ -13,6 +13,13 @@ impl Portrait {
     pub fn doubts(&self) -> Vec<String> {
         let value = |key: &str| self.numbers.iter().find(|n| n.key == key).map(|n| n.known.value);
         let mut out = Vec::new();
+        if let Some(mass) = value("mass").filter(|mass| far(*mass, &self.class.mass)) {
+            let usual = &self.class.mass;
+            out.push(format!(
+                "`mass` = {mass:.0} kg with rider, usual is {:.0} ± {:.0} kg of the class {}: check the weight and the class",
+                usual.mean, usual.sd, self.class.name
+            ));
+        }
         if let Some((behind, length)) = value("cg_to_front").zip(value("wheelbase")) {
             let share = 1.0 - behind / length;
             out.extend(far(share, &self.class.front_share).then(|| {
@@ -105,6 +112,11 @@ mod tests {
         let doubts =
             |owner: Owner| owner.portrait(Catalogue::builtin()).expect("possible").doubts();
         assert!(doubts(naked(SIZES, &[])).is_empty());
+        for light in ["mass=60", "mass=700"] {
+            let said = doubts(naked(SIZES, &[light]));
+            assert!(said.len() == 1 && said[0].contains("of the class naked"), "{said:?}");
+        }
+        assert!(doubts(naked(SIZES, &["mass=180"])).is_empty(), "a small rider on a small bike");
         let swapped = doubts(naked([SIZES[1], SIZES[0]], &[]));
         assert!(swapped.len() == 1 && swapped[0].contains("swapped"), "{swapped:?}");
         let behind = doubts(naked(SIZES, &["cg_to_front=1.40"]));

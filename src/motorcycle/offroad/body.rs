@@ -13,10 +13,10 @@ pub struct Body {
     pub c_a: f64,
     /// Both legs: damping, N s/m.
     pub c_l: f64,
-    /// Mass centre in the nominal posture, from the chassis' (x, z), m.
+    /// Centre of mass in the nominal posture, from the chassis' (x, z), m.
     pub cg: [f64; 2],
-    /// Hip from the mass centre, ground axes: the torso keeps its attitude, m.
+    /// Hip from the centre of mass, ground axes: the torso keeps its attitude, m.
     pub hip: [f64; 2],
-    /// Shoulder from the mass centre, ground axes, m.
+    /// Shoulder from the centre of mass, ground axes, m.
     pub shoulder: [f64; 2],
 }

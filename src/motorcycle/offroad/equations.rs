@@ -10,7 +10,7 @@
 //! Axes as in the paper: X forward, Z **down**, pitch `mu` positive nose **up**, `z_f` and
 //! `alpha_r` positive in compression; a wheel that rolls forward turns about -y. SI units.
 //!
-//! Rows: 1 and 2 all forces along X and Z, N; 3 moments about the chassis' mass centre, N m; 4
+//! Rows: 1 and 2 all forces along X and Z, N; 3 moments about the centre of mass of the chassis, N m; 4
 //! the front wheel along the fork, N; 5 rear wheel and swing arm about their pivot, counted in
 //! compression, N m.
 //!
@@ -18,27 +18,28 @@
 //! with mass) and with the errata of the book, Off the road, sections 3 to 5: the sign of `A_r`, the
 //! `z_f'` of `m_v3`, the `m_4` of `m_v4`, the spin term of `m_v5`, the chain.
 
-/// Masses, inertias and geometry of the four bodies, in the paper's axes (z down, from the chassis' mass centre).
+/// Masses, inertias and geometry of the four bodies, in the paper's axes (z down, from the centre of mass of the
+/// chassis).
 ///
 /// `b`, `h`, `w`, `a_r0` belong to the posture in which both travels are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidBodies {
     /// Masses of bodies 1 to 4, kg.
     pub m: [f64; 4],
-    /// Inertias of bodies 1 to 4 about their own mass centres, kg m²; that of the swing arm may be
+    /// Inertias of bodies 1 to 4 about their own centres of mass, kg m²; that of the swing arm may be
     /// negative when its mass is lumped into the others.
     pub i: [f64; 4],
     /// Swing arm, pivot to axle, m.
     pub l_r: f64,
-    /// Swing arm, pivot to mass centre along the same line, m.
+    /// Swing arm, pivot to centre of mass along the same line, m.
     pub l_s: f64,
     /// Droop of the swing arm below the chassis' x axis at zero travel, rad.
     pub a_r0: f64,
     /// Caster angle, rad.
     pub eps: f64,
-    /// Chassis' mass centre ahead of the rear axle, m.
+    /// Chassis' centre of mass ahead of the rear axle, m.
     pub b: f64,
-    /// Chassis' mass centre above the ground, m.
+    /// Chassis' centre of mass above the ground, m.
     pub h: f64,
     /// Wheelbase, m.
     pub w: f64,
@@ -193,7 +194,7 @@ impl Equations {
         let m34 = m_4 * ((p.w - p.b) * ce - (p.h - p.r_f) * se);
         let m35 = j_1 * (x_p * ct - z_p * st) - j_2 - i_1 - i_2;
         let m55 = j_2 + i_1 + i_2;
-        let h_r = p.h + p.l_r * (st - self.sin_a0); // mass centre above the rear contact
+        let h_r = p.h + p.l_r * (st - self.sin_a0); // centre of mass above the rear contact
         let k = p.r_r + p.l_r * st; // pivot above the rear contact
         let [x_3p, z_3p] = p.peg;
         let [x_3h, z_3h] = p.bar;

@@ -48,7 +48,7 @@ impl Strut {
     }
 }
 
-/// Places of the accelerometers: (x, z down) from the chassis' mass centre, m.
+/// Places of the accelerometers: (x, z down) from the centre of mass of the chassis, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placements {
     /// Inertial unit.
@@ -259,7 +259,7 @@ impl Section<'_> {
         let bike = self.0;
         Placements {
             imu: self.at("imu"),
-            // of the mass centre of bike and rider, and from there by the lever arm
+            // of the centre of mass of bike and rider, and from there by the lever arm
             velocity: [
                 bike.cg_to_rear() - parameters.b + bike.velocity_sensor_x,
                 parameters.h - bike.cg_height - bike.velocity_sensor_z,

@@ -12,7 +12,7 @@ pub(crate) struct Chart {
     pub name: String,
     /// Heading, above the chart.
     pub title: String,
-    /// A sentence on what is drawn.
+    /// Sentence on the content of the drawing.
     pub caption: String,
     /// Abscissa: label and unit.
     pub x: Label,

@@ -145,8 +145,8 @@ fn chart(plot: &Plot, parts: f64, points: &[&PlotPoint]) -> Option<Chart> {
         return None;
     }
     let x = points.iter().map(|p| p.x * plot.x.scale);
-    let y = points.iter().flat_map(|p| [p.y, p.y_low, p.y_high]).flatten();
-    let decimals = [digits_of(PARTS, x), digits_of(parts, y.map(|v| v * plot.y.scale))];
+    let y = ordinates(points).map(|v| v * plot.y.scale);
+    let decimals = [digits_of(PARTS, x), digits_of(parts, y)];
     let mut chart = Chart {
         name: plot.name.to_owned(),
         title: plot.title.to_owned(),
@@ -179,6 +179,22 @@ fn chart(plot: &Plot, parts: f64, points: &[&PlotPoint]) -> Option<Chart> {
         }
     }
     Some(chart)
+}
+
+/// The ordinates whose range a chart resolves: values, and ends of bands no farther from them than their own range. A band
+/// that is open, or nearly so, must not take the digits of the values.
+fn ordinates(points: &[&PlotPoint]) -> impl Iterator<Item = f64> {
+    let (low, high) = points
+        .iter()
+        .filter_map(|p| p.y.filter(|y| y.is_finite()))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+    let range = high - low;
+    let near = move |end: f64| match range > 0.0 && range.is_finite() {
+        true => end.clamp(low - range, high + range),
+        false => end,
+    };
+    let ends = points.iter().flat_map(|p| [p.y_low, p.y_high]).flatten().map(near);
+    points.iter().filter_map(|p| p.y).chain(ends)
 }
 
 /// A number in the unit of its axis with its decimals.
@@ -281,6 +297,31 @@ mod tests {
         assert_eq!(cloud.x, [-28.648, 28.648]); // 0.5 rad = 28.6479 deg
         assert_eq!((figures.charts[0].points, figures.charts[0].outliers), (2, 1));
         assert_eq!(figures.charts[0].x.unit, "°");
+    }
+
+    /// A fit that bounds nothing has a band of thousands: points and line keep their digits.
+    #[test]
+    fn a_band_that_is_nearly_open_leaves_the_values_their_digits() {
+        let fit = |x: f64, y: f64| PlotPoint {
+            y_low: Some(-13_940.0),
+            y_high: Some(14_081.0),
+            ..point("friction_x_front", "fit", x, y, None)
+        };
+        let points = [
+            fit(-0.01, -0.612_34),
+            fit(0.0, 0.012_34),
+            point("friction_x_front", "data", -0.01, -0.587_65, Some(1.0)),
+        ];
+        let figures = build(&points, &[]);
+        let chart = &figures.charts[0];
+        assert!((chart.clouds[0].y[0] + 0.587_65).abs() < 1e-4, "{:?}", chart.clouds[0].y);
+        let line: Vec<f64> = chart.lines[0].y.iter().copied().flatten().collect();
+        assert!((line[0] + 0.612_34).abs() < 1e-4, "{line:?}");
+        // a band beside its curve is resolved as it was
+        let near = [Some(-0.7), Some(0.1)];
+        let points = points.map(|p| PlotPoint { y_low: near[0], y_high: near[1], ..p });
+        let of: Vec<&PlotPoint> = points.iter().collect();
+        assert!(ordinates(&of).any(|v| v == -0.7) && ordinates(&of).any(|v| v == 0.1));
     }
 
     #[test]

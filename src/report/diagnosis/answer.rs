@@ -43,6 +43,26 @@ pub(super) fn of_session(causes: &[CauseRow]) -> Vec<String> {
     causes.iter().filter(|c| is_found(c)).map(clause).collect()
 }
 
+/// What was found in one ride, a sentence for each cause, or why there is none.
+pub(crate) fn of_ride(causes: &[CauseRow]) -> Vec<String> {
+    let none = match outcome(causes) {
+        Outcome::Named | Outcome::Ambiguous => return causes_of_ride(causes),
+        Outcome::Unexplained => "A misfit that no candidate explains.",
+        Outcome::Blind => "The ride can show no cause.",
+        Outcome::Null => "No cause that this ride could show.",
+        Outcome::Refused => "A candidate, which is not confirmed.",
+        Outcome::Unjudged => "The tables have no verdict.",
+    };
+    vec![none.to_owned()]
+}
+
+/// The causes of one ride, a sentence each; empty where there is none.
+pub(crate) fn causes_of_ride(causes: &[CauseRow]) -> Vec<String> {
+    let is_sure = outcome(causes) == Outcome::Named;
+    let head = if is_sure { "Cause" } else { "One of several causes" };
+    of_session(causes).iter().map(|clause| format!("{head}: {clause}.")).collect()
+}
+
 /// How many rides ended how.
 fn counts(sessions: &[Vec<CauseRow>]) -> String {
     let mut by: BTreeMap<&str, usize> = BTreeMap::new();
@@ -137,6 +157,15 @@ mod tests {
             ci95_high: Some(value + 0.002),
             ..CauseRow::default()
         }
+    }
+
+    #[test]
+    fn one_ride_has_a_sentence_for_each_cause() {
+        let found = of_ride(&[cause("a", "latency", Verdict::Named, 0.02)]);
+        assert_eq!(found.len(), 1);
+        assert!(found[0].starts_with("Cause: the velocity comes late: 20"), "{found:?}");
+        let none = of_ride(&[cause("a", "latency", Verdict::NotNeeded, 0.02)]);
+        assert_eq!(none, ["No cause that this ride could show."]);
     }
 
     #[test]

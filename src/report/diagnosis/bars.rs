@@ -35,7 +35,7 @@ pub(crate) struct Axis {
 /// One channel's misfit, in multiples of its noise floor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Levels {
-    /// Under the base model.
+    /// Under the nominal model.
     pub base: f64,
     /// With the causes.
     pub extended: Option<f64>,
@@ -83,7 +83,7 @@ impl Axis {
         )
     }
 
-    /// A misfit: from the base model's to that with the causes; the shade is what nulls show.
+    /// A misfit: from the nominal model's to that with the causes; the shade is what nulls show.
     pub(crate) fn draw(&self, levels: Levels) -> String {
         let Levels { base, extended, largest } = levels;
         if !base.is_finite() {

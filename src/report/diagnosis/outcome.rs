@@ -114,9 +114,9 @@ pub(crate) fn entry(
         start: ident.start_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         outcome,
         verdict: match outcome {
-            Outcome::Named => "named",
+            Outcome::Named => "cause identified",
             Outcome::Ambiguous => "one of several",
-            Outcome::Null => "nothing that this ride could show",
+            Outcome::Null => "no cause that this ride could show",
             Outcome::Refused => "not confirmed",
             Outcome::Unexplained => "unexplained",
             Outcome::Blind => "the ride can show nothing",

@@ -63,7 +63,7 @@ fn rmse<'a>(
     (n > 0.0).then(|| f64::sqrt(sum / n))
 }
 
-/// Channel and kind of manoeuvre with their runs and the misfit, in what noise alone leaves; in the channel's own
+/// Channel and kind of manoeuvre with their runs and the misfit, in the noise-only rms; in the channel's own
 /// spread where that is not known.
 struct Group<'a> {
     channel: &'a str,
@@ -100,13 +100,13 @@ struct Pick<'a> {
     which: String,
     /// What it stands for.
     note: String,
-    /// What noise alone leaves, in the rows' unit.
+    /// Noise-only rms, in the rows' unit.
     floor: Option<f64>,
 }
 
 /// What to draw: first where the causes make the simulation better, the manoeuvre that gains most and one that changes
-/// as all do; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are the
-/// discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
+/// as all do; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are
+/// the discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
 pub(crate) fn overlays(
     rows: &[SimulatedSample],
     errors: &[SimulationError],
@@ -259,7 +259,7 @@ fn caption(run: Run<'_>, which: &str) -> String {
     format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].manoeuvre)
 }
 
-/// Measured, base and extended; under it what each leaves, and twice what noise alone does.
+/// Measured, base and extended; under it what each leaves, and twice the noise-only rms.
 fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
     let (unit, scale) = cause_labels::readable(&run[0].unit);
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
@@ -409,7 +409,8 @@ mod tests {
         assert!(overlays[1].title.starts_with("Speed"));
     }
 
-    /// The worst manoeuvre is a coast of 0.8 s that gains nothing; what is drawn is long, and shows what the sentence says.
+    /// The worst manoeuvre is a coast of 0.8 s that gains nothing; what is drawn is long, and shows what the sentence
+    /// says.
     #[test]
     fn manoeuvres_that_show_the_gain_come_first_and_none_is_short() {
         let run = |m: i64, samples: usize, before: f64, after: f64| {

@@ -39,7 +39,7 @@ pub struct Page {
     pub findings: Vec<Finding>,
     /// Misfits that are structured, the worst first.
     pub misfits: Vec<Misfit>,
-    /// Misfits within what null simulations show.
+    /// Misfits within what fault-free simulations show.
     pub others: Vec<Misfit>,
     /// Ticks of the misfits' axis.
     pub ticks: String,

@@ -8,7 +8,7 @@ use crate::report::kinds;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::SimulationError;
 
-/// Gains that are told in a sentence each.
+/// Gains with a sentence each.
 const TOLD: usize = 3;
 
 /// A channel in one kind of manoeuvre.
@@ -68,7 +68,7 @@ impl Shown {
     }
 }
 
-/// Errors before and after, beside what noise alone leaves.
+/// Errors before and after, beside the noise-only rms.
 pub(crate) fn errors(row: &SimulationError) -> String {
     let shown = Shown::of(row);
     let number = |v| shown.number(v);
@@ -84,7 +84,7 @@ pub(crate) fn clause(row: &SimulationError) -> String {
     format!("{channel} while {}: {}", kinds::label(&row.kind), errors(row))
 }
 
-/// What of a ride's simulation changes by the causes, and how that is told.
+/// Changes of a ride's simulation by the causes, as text.
 pub(crate) fn simulation(rows: &[SimulationError]) -> Simulation {
     let gains = SimulationError::gains(rows);
     let worse: Vec<&SimulationError> = rows.iter().filter(|r| r.is_worse()).collect();

@@ -21,7 +21,7 @@ pub(crate) fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub(super) fn causes_and_shared(out: &Path) -> Result<(Vec<CauseRow>, Vec<CauseRow>), Error> {
+pub(crate) fn causes_and_shared(out: &Path) -> Result<(Vec<CauseRow>, Vec<CauseRow>), Error> {
     let rows: Vec<CauseRow> = read::rows(out)?;
     let (mut shared, mut rows): (Vec<CauseRow>, Vec<CauseRow>) =
         rows.into_iter().partition(|r| r.ident.session_id == POOLED);

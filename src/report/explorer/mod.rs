@@ -1,8 +1,10 @@
 //! The tyre explorer: fitted tyres at a load, camber and road of the reader's choice.
 //!
-//! The page holds each tyre's row of `tyre_parameters` and the bands of its session's charts; its script evaluates the
+//! The page holds each tyre's row of `tyre_parameters` and the bands of its session's charts, and each tyre over all its
+//! rides ([`pooled`]); its script evaluates the
 //! model (`reports/charts/tyre_model.js`), and is held against points of the program's own.
 
+pub(crate) mod pooled;
 pub(crate) mod tyre;
 pub(crate) mod write;
 

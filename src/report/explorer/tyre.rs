@@ -5,10 +5,12 @@ use serde::Serialize;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::report::charts::pack;
+use crate::report::explorer::pooled::Pooled;
 use crate::report::export::curve_bands::{Curve, Curves};
 use crate::report::export::parameters;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
+use crate::tyre::magic_formula::slip_ratio;
 use crate::tyre::paper::Input;
 use crate::tyre::tyre_model::TyreModel;
 
@@ -53,6 +55,21 @@ impl Band {
             band.high.push(curve.high[i].map(short));
         }
         band
+    }
+
+    /// The band with as many times its width towards smaller and towards larger sizes; without a band where that is not
+    /// known.
+    fn scaled(mut self, by: Option<[f64; 2]>) -> Self {
+        for (i, y) in self.y.iter().enumerate() {
+            // a braking friction is below zero, where the larger size is the lower end
+            let by = by.map(|[smaller, larger]| match *y < 0.0 {
+                true => [larger, smaller],
+                false => [smaller, larger],
+            });
+            self.low[i] = self.low[i].zip(by).map(|(low, by)| short(y - by[0] * (y - low)));
+            self.high[i] = self.high[i].zip(by).map(|(high, by)| short(y + by[1] * (high - y)));
+        }
+        self
     }
 }
 
@@ -101,6 +118,8 @@ pub(crate) struct Tyre<'a> {
     peak: Option<[f64; 2]>,
     /// Whether the slip of that peak is determined; null where the session has no value of it, and the model a stand-in.
     peak_slip: Option<bool>,
+    /// Slip ratio of that peak less its interval's lower end, and the upper end less it, at the load at rest.
+    peak_slip_ends: Option<[f64; 2]>,
     /// Inputs and what the program's model answers.
     check: Vec<([f64; 5], [f64; 4])>,
 }
@@ -117,27 +136,77 @@ impl<'a> Tyre<'a> {
         let ident = &row.ident;
         let date = ident.start_time.as_deref().map(number_format::timestamp);
         let date: String = date.unwrap_or_default().chars().take(10).collect();
-        let details: Vec<&str> = [Some(date.as_str()), row.tyre_model.as_deref()]
-            .into_iter()
-            .flatten()
-            .filter(|text| !text.is_empty())
-            .collect();
-        let details = match details.is_empty() {
-            true => String::new(),
-            false => format!(" ({})", details.join(", ")),
-        };
-        let known = |asked: C| {
-            let is = |c: &&Coefficient| c.tyre == row.tyre && c.coefficient == asked.name();
-            coefficients.iter().find(is).filter(|c| c.status == Status::Ok)
-        };
+        let details = details([Some(date.as_str()), row.tyre_model.as_deref()]);
         let sizes = |asked: C| {
-            let c = known(asked)?;
+            let c = of_tyre(coefficients, &row.tyre, asked).filter(|c| c.status == Status::Ok)?;
             Some([c.value? - c.ci95_low?, c.ci95_high? - c.value?])
+        };
+        let bands = Bands {
+            friction: Band::of(&curves.friction),
+            stiffness: Band::of(&curves.stiffness),
+            camber: Band::of(&curves.camber),
         };
         Tyre {
             id: format!("{}/{}/{}", ident.bike_id, ident.session_id, row.tyre),
             name: format!("{} {}{details}", ident.session_id, row.tyre),
-            bike: &ident.bike_id,
+            crown: sizes(C::OverturningStiffness),
+            peak: sizes(C::MfD),
+            peak_slip: is_determined(coefficients, &row.tyre, C::PeakSlip),
+            // a slip ratio already: pages read it so
+            peak_slip_ends: of_tyre(coefficients, &row.tyre, C::PeakSlip)
+                .and_then(|c| Some([c.value? - c.ci95_low?, c.ci95_high? - c.value?])),
+            ..Tyre::bare(row, bands)
+        }
+    }
+
+    /// A tyre over all its rides. `coefficients` and `points` are those of the ride that is nearest to it: at the peak and
+    /// upright a band is as wide as the pooled interval, elsewhere wider or narrower as that ride's band is.
+    pub(crate) fn pooled(
+        pooled: &'a Pooled,
+        coefficients: &[Coefficient],
+        points: &[PlotPoint],
+    ) -> Self {
+        let row = &pooled.row;
+        let ride = Tyre::new(row, coefficients, points);
+        let times = |asked: C| {
+            let own = of_tyre(coefficients, &row.tyre, asked).filter(|c| c.status == Status::Ok)?;
+            let value = own.value?;
+            let own = [value - own.ci95_low?, own.ci95_high? - value];
+            let all = pooled.sizes(asked)?;
+            own.iter().all(|size| *size > 0.0).then(|| [all[0] / own[0], all[1] / own[1]])
+        };
+        let number = format!("no. {}", pooled.specimen + 1);
+        let number = (pooled.specimen > 0).then_some(number.as_str());
+        let details = details([number, row.tyre_model.as_deref()]);
+        let id = match number {
+            Some(_) => format!("{}//{}/{}", row.ident.bike_id, row.tyre, pooled.specimen + 1),
+            None => format!("{}//{}", row.ident.bike_id, row.tyre),
+        };
+        let bands = Bands {
+            friction: ride.bands.friction.scaled(times(C::MfD)),
+            stiffness: ride.bands.stiffness.scaled(times(C::CorneringStiffness0)),
+            camber: ride.bands.camber.scaled(times(C::CamberStiffness0)),
+        };
+        Tyre {
+            id,
+            name: format!(
+                "{} {}, all {} rides{details}",
+                row.ident.bike_id, row.tyre, pooled.rides
+            ),
+            crown: pooled.sizes(C::OverturningStiffness),
+            peak: pooled.sizes(C::MfD),
+            peak_slip: ride.peak_slip.map(|_| pooled.peak_slip().is_some()),
+            peak_slip_ends: pooled.peak_slip().and_then(slip_ends),
+            ..Tyre::bare(row, bands)
+        }
+    }
+
+    /// What a tyre's row says by itself.
+    fn bare(row: &'a TyreParameters, bands: Bands) -> Self {
+        Tyre {
+            id: String::new(),
+            name: String::new(),
+            bike: &row.ident.bike_id,
             tyre: &row.tyre,
             longitudinal: row.longitudinal,
             lateral: row.lateral,
@@ -148,23 +217,39 @@ impl<'a> Tyre<'a> {
                 camber: row.ridden_camber,
                 load: [row.ridden_load_low, row.ridden_load_high],
             },
-            bands: Bands {
-                friction: Band::of(&curves.friction),
-                stiffness: Band::of(&curves.stiffness),
-                camber: Band::of(&curves.camber),
-            },
-            crown: sizes(C::OverturningStiffness),
-            peak: sizes(C::MfD),
-            peak_slip: is_determined(coefficients, &row.tyre, C::PeakSlip),
+            bands,
+            crown: None,
+            peak: None,
+            peak_slip: None,
+            peak_slip_ends: None,
             check: checks(row),
         }
     }
 }
 
+/// What a tyre's name has in brackets.
+fn details(of: [Option<&str>; 2]) -> String {
+    let details: Vec<&str> = of.into_iter().flatten().filter(|text| !text.is_empty()).collect();
+    match details.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", details.join(", ")),
+    }
+}
+
+/// How far the interval of a normalised slip reaches below and above it, as a slip ratio.
+fn slip_ends([value, low, high]: [f64; 3]) -> Option<[f64; 2]> {
+    let kappa = slip_ratio(value);
+    // no interval that reaches so far down says anything
+    (low > -0.9).then(|| [kappa - slip_ratio(low), slip_ratio(high) - kappa])
+}
+
+fn of_tyre<'c>(coefficients: &'c [Coefficient], tyre: &str, asked: C) -> Option<&'c Coefficient> {
+    coefficients.iter().find(|c| c.tyre == tyre && c.coefficient == asked.name())
+}
+
 /// Whether a session determines a coefficient of a tyre; none where it has no value.
 fn is_determined(coefficients: &[Coefficient], tyre: &str, asked: C) -> Option<bool> {
-    let own = |c: &&Coefficient| c.tyre == tyre && c.coefficient == asked.name();
-    let row = coefficients.iter().find(own).filter(|c| c.value.is_some())?;
+    let row = of_tyre(coefficients, tyre, asked).filter(|c| c.value.is_some())?;
     Some(row.status == Status::Ok)
 }
 
@@ -198,5 +283,28 @@ mod tests {
         assert_eq!(of(row(Status::PoorlyDetermined, Some(0.2))), Some(false));
         assert_eq!(of(row(Status::NotAvailable, None)), None);
         assert_eq!(is_determined(&[row(Status::Ok, Some(0.2))], "rear", C::PeakSlip), None);
+    }
+
+    /// The band of all rides is as wide at its curve's reference as the pooled interval, and open where the ride's is.
+    #[test]
+    fn a_band_is_scaled_about_its_curve() {
+        let band = || Band {
+            x: vec![-1.0, 0.5, 1.0],
+            y: vec![-10.0, 10.0, 20.0],
+            low: vec![Some(-12.0), Some(9.0), None],
+            high: vec![Some(-9.0), Some(12.0), Some(24.0)],
+        };
+        let wider = band().scaled(Some([2.0, 0.5]));
+        assert_eq!(wider.low, [Some(-11.0), Some(8.0), None]);
+        assert_eq!(wider.high, [Some(-8.0), Some(11.0), Some(22.0)]);
+        let none = band().scaled(None);
+        assert_eq!((none.low, none.high), (vec![None; 3], vec![None; 3]));
+    }
+
+    #[test]
+    fn the_interval_of_the_peaks_slip_is_one_of_the_slip_ratio() {
+        let [below, above] = slip_ends([0.25, 0.0, 1.0]).expect("an interval");
+        assert!((below - 0.2).abs() < 1e-12 && (above - 0.3).abs() < 1e-12);
+        assert_eq!(slip_ends([0.25, -2.0, 1.0]), None);
     }
 }

@@ -7,6 +7,7 @@ use minijinja::{Environment, Value, context};
 use serde::Serialize;
 
 use super::PAGE;
+use super::pooled::pooled;
 use super::tyre::Tyre;
 use crate::contract::bike::Axle;
 use crate::report::assets::{EXPLORER_SCRIPT, Source};
@@ -17,7 +18,7 @@ use crate::report::session::bench_values::BenchValues;
 use crate::report::tables::RunTables;
 use crate::store::tables::by_session::SessionFiles;
 use crate::store::tables::file;
-use crate::store::tables::rows::{Ident, PlotPoint, TyreParameters};
+use crate::store::tables::rows::{Ident, PlotPoint, TyreParameters, TyreRow};
 
 /// Most rides whose tyres are on the page.
 const MOST: usize = 60;
@@ -44,11 +45,12 @@ struct Data<'a> {
     panels: [(); 0],
 }
 
-/// Writes the page, if there is a tyre to show; whether there is.
+/// Writes the page, if there is a tyre to show; whether there is. `all_rides` is the table `tyres`.
 pub(crate) fn write(
     out: &Path,
     environment: &Environment<'_>,
     tables: &RunTables,
+    all_rides: &[TyreRow],
     bench: &BenchValues,
 ) -> Result<bool, Error> {
     let rides = rides(&tables.parameters);
@@ -58,8 +60,19 @@ pub(crate) fn write(
     let newest = newest(&rides);
     let idents: Vec<&Ident> = newest.iter().map(|ride| &ride[0].ident).collect();
     let plots = SessionFiles::<PlotPoint>::read_some(out, &idents)?;
+    let shown: Vec<&TyreParameters> = newest.iter().flatten().copied().collect();
+    let over_all = pooled(all_rides, &tables.parameters, &shown);
+    let mut over_all_of: BTreeMap<&str, Vec<Tyre<'_>>> = BTreeMap::new();
+    for tyre in &over_all {
+        let points = plots.rows(&tyre.nearest)?;
+        let coefficients = tables.coefficients_of(&tyre.nearest);
+        let of_bike = over_all_of.entry(&tyre.nearest.bike_id).or_default();
+        of_bike.push(Tyre::pooled(tyre, coefficients, &points));
+    }
     let mut tyres = Vec::new();
     for ride in &newest {
+        // before the rides that it is of
+        tyres.extend(over_all_of.remove(ride[0].ident.bike_id.as_str()).unwrap_or_default());
         let ident = &ride[0].ident;
         let points = plots.rows(ident)?;
         let coefficients = tables.coefficients_of(ident);
@@ -79,7 +92,8 @@ pub(crate) fn write(
     let data = Data { tyres, bench: bench.collect(), charts: [], panels: [] };
     let html = environment.get_template("tyres.html")?.render(context! {
         data => Value::from_safe_string(pack::pack(&data)?),
-        tyres => data.tyres.len(),
+        tyres => data.tyres.len() - over_all.len(),
+        over_all => over_all.len(),
         rides => newest.len(),
         of => rides.len(),
         explorer_script => Value::from_safe_string(EXPLORER_SCRIPT.clone()),

@@ -26,7 +26,7 @@ pub struct LargestErrors {
 /// Reads a property file's text and compares it at the nominal load and the ends of the loads, over what was ridden.
 ///
 /// # Errors
-/// A sentence: the text is no tyre.
+/// The text is no tyre.
 pub fn largest_errors(
     text: &str,
     tyre: &Characterised,
@@ -38,7 +38,7 @@ pub fn largest_errors(
 /// The same over all of the file's ranges where the estimated tyre's side force is believed: up to the peak friction.
 ///
 /// # Errors
-/// A sentence: the text is no tyre.
+/// The text is no tyre.
 pub(crate) fn largest_errors_beyond(
     text: &str,
     tyre: &Characterised,

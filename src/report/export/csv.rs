@@ -6,6 +6,7 @@ use super::ends::{Ends, steps};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::force_bands::ForceBands;
+use super::origins;
 use super::tyre::{Characterised, effects_of};
 use crate::tyre::paper::Input;
 
@@ -40,7 +41,10 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
     comment(
-        "ridden: 1 where all of it was, 0 beyond and where both forces are above a twentieth of their peaks",
+        "ridden: 1 where slip ratio, slip angle, camber, load and side force are each within what was ridden, either side",
+    );
+    comment(
+        "alike; not that they were ridden together. 0 beyond, and where both forces are above a twentieth of their peaks.",
     );
     comment(
         "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
@@ -54,6 +58,12 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     );
     comment("of a tyre with effects of a diagnosis.");
     for line in tyres.iter().flat_map(Characterised::adjustment) {
+        comment(&line);
+    }
+    comment(
+        "The forces are made of these numbers. Fx has no interval far from the loads under which the wheel was braked.",
+    );
+    for line in tyres.iter().flat_map(|c| origins::lines(fitted, c)) {
         comment(&line);
     }
     for line in effects_of(tyres, &NO_COLUMN) {

@@ -118,10 +118,22 @@ pub(crate) fn effects(file: &mut File, c: &Characterised) {
     }
 }
 
+/// The note of the trail, which no ride gives: `from` is where the coefficient is from.
+pub(crate) fn trail(c: &Characterised, from: &str) -> String {
+    match c.with_bike {
+        true => format!("from pneumatic_trail_0 ({from}): eq. 12 with VERTICAL_STIFFNESS"),
+        false => "placeholder: give --bikes".to_owned(),
+    }
+}
+
 /// The note of a longitudinal stiffness: over which relaxation length, and where that is from.
 pub(crate) fn over_lag(c: &Characterised) -> String {
     let lag = short(c.tyre.longitudinal_relaxation);
-    format!("slip stiffness over a relaxation length of the slip ratio of {lag} m ({})", c.lag_from)
+    let usual = if c.longitudinal { "" } else { "placeholder: a usual " };
+    format!(
+        "{usual}slip stiffness over a relaxation length of the slip ratio of {lag} m ({})",
+        c.lag_from
+    )
 }
 
 /// Friction over load: the peak's gain and what the slip stiffness has of it.
@@ -300,6 +312,11 @@ pub(crate) fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
     let ends = validity.ends;
     let r = &c.ranges;
     let beyond = "extrapolated beyond as the estimated tyre is";
+    // of a half that was not ridden there is no estimated tyre
+    let of = |half: bool| match half {
+        true => beyond,
+        false => "placeholder: the ride did not give this half of the tyre",
+    };
     let note = |range: Option<[f64; 2]>, both: bool, beyond: &str| match range {
         None => format!("not ridden, {beyond}"),
         Some([low, high]) => {
@@ -309,20 +326,20 @@ pub(crate) fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
     };
     file.comment("Ranges to simulate in, wider than what was ridden: each says where it was.");
     file.section("LONG_SLIP_RANGE");
-    let text = note(r.slip_ratio, false, beyond);
+    let text = note(r.slip_ratio, false, of(c.longitudinal));
     file.number("KPUMIN", ends.slip_ratio[0], &text);
     file.number("KPUMAX", ends.slip_ratio[1], &text);
     file.section("SLIP_ANGLE_RANGE");
     let linear = validity.peak_angle.min(ends.slip_angle);
-    let text = note(
-        r.slip_angle,
-        true,
-        &format!("{beyond} to {linear:.3} (upright), then the form's own peak"),
-    );
+    let side = match c.lateral {
+        true => format!("{beyond} to {linear:.3} (upright), then the form's own peak"),
+        false => of(false).to_owned(),
+    };
+    let text = note(r.slip_angle, true, &side);
     file.number("ALPMIN", -ends.slip_angle, &text);
     file.number("ALPMAX", ends.slip_angle, &text);
     file.section("INCLINATION_ANGLE_RANGE");
-    let text = note(r.camber, true, beyond);
+    let text = note(r.camber, true, of(c.lateral));
     file.number("CAMMIN", -ends.camber, &text);
     file.number("CAMMAX", ends.camber, &text);
     file.section("VERTICAL_FORCE_RANGE");
@@ -351,11 +368,10 @@ pub(crate) fn origin(row: &Coefficient) -> String {
     let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
     match row.status {
         Status::Ok => format!("fitted{interval}"),
-        Status::Assumed => format!("assumed: {}", labels::assumed(row)),
+        Status::Assumed => format!("assumed: {}{interval}", labels::assumed(row)),
         Status::LowerBound => format!("not reached by the ride{interval}"),
-        Status::PoorlyDetermined | Status::NotAvailable => {
-            format!("fitted but POORLY DETERMINED{interval}")
-        }
+        Status::PoorlyDetermined => format!("fitted but POORLY DETERMINED{interval}"),
+        Status::NotAvailable => format!("NOT AVAILABLE from this ride{interval}"),
     }
 }
 

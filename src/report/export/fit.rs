@@ -27,7 +27,7 @@ pub(crate) const PEAK: f64 = 1.15;
 /// The motorcycle set of a characterised tyre.
 ///
 /// # Errors
-/// A sentence: the fit does not come to an end.
+/// The fit does not come to an end.
 pub(crate) fn motorcycle(tyre: &Characterised) -> Result<MfMc, Error> {
     let over_load = OverLoad::of(tyre);
     let mut set = start(tyre, &over_load);

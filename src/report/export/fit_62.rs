@@ -26,7 +26,7 @@ pub(crate) const PKY2: f64 = 20.0;
 /// The 6.2 set of a characterised tyre.
 ///
 /// # Errors
-/// A sentence: the fit does not come to an end.
+/// The fit does not come to an end.
 pub(crate) fn magic_formula_62(c: &Characterised) -> Result<Mf62, Error> {
     let over_load = OverLoad::of(c);
     let mut set = start(c, &over_load)?;

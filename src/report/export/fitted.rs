@@ -36,7 +36,7 @@ impl Fitted {
     /// that name, by its bike.
     ///
     /// # Errors
-    /// A sentence: a table cannot be read, no session has the id, or several have.
+    /// A table cannot be read, no session has the id, or several have.
     pub fn read(out: &Path, session_id: &str, bike_id: Option<&str>) -> Result<Self, Error> {
         let sessions = tables::sessions(out)?;
         if sessions.is_empty() {
@@ -134,7 +134,7 @@ impl Fitted {
     /// under the loads at rest, where friction depends on load.
     ///
     /// # Errors
-    /// A sentence: the session has no coefficients of that tyre.
+    /// The session has no coefficients of that tyre.
     pub fn to_toml(&self, tyre: Option<&str>, at_rest: &[(Axle, f64)]) -> Result<String, Error> {
         let mut sections = Vec::new();
         for name in Part::ALL.map(Part::name) {

@@ -16,6 +16,7 @@ use super::ends::Ends;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::numbers;
+use super::origins;
 use super::tyre::Characterised;
 use super::{csv, header};
 
@@ -186,7 +187,8 @@ fn description(fitted: &Fitted, tyre: &Characterised, token: &str) -> std::io::R
         xml.create_element("DefaultExperiment")
             .with_attributes([("startTime", "0"), ("stopTime", "1")])
             .write_empty()?;
-        xml.create_element("ModelVariables").write_inner_content(|xml| variables(xml, tyre))?;
+        xml.create_element("ModelVariables")
+            .write_inner_content(|xml| variables(xml, fitted, tyre))?;
         xml.create_element("ModelStructure").write_inner_content(structure)?;
         Ok(())
     })?;
@@ -203,7 +205,7 @@ fn units(xml: &mut Xml) -> std::io::Result<()> {
     Ok(())
 }
 
-fn variables(xml: &mut Xml, tyre: &Characterised) -> std::io::Result<()> {
+fn variables(xml: &mut Xml, fitted: &Fitted, tyre: &Characterised) -> std::io::Result<()> {
     let own = &tyre.tyre;
     for (reference, (causality, name, unit, text)) in VARIABLES.into_iter().enumerate() {
         let start = match (causality, name) {
@@ -228,7 +230,10 @@ fn variables(xml: &mut Xml, tyre: &Characterised) -> std::io::Result<()> {
     let ends = Ends::of(tyre);
     for (place, number) in numbers::ALL.iter().enumerate() {
         let value = (number.value)(tyre, &ends);
-        let texts = [number.name, "parameter", "tunable", number.unit, number.meaning];
+        let from = origins::of(fitted, tyre, number.name);
+        let from = from.map_or(String::new(), |from| format!("; {}", one_line(&from)));
+        let meaning = format!("{}{from}", number.meaning);
+        let texts = [number.name, "parameter", "tunable", number.unit, meaning.as_str()];
         real(xml, FIRST_NUMBER + place, texts, Some(value), &[])?;
     }
     Ok(())

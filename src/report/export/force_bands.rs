@@ -12,6 +12,10 @@ use crate::tyre::paper::{Input, slip_stiffness_under};
 /// Share of the friction circle from which a side force is the circle's, not the stiffness's.
 const AT_CIRCLE: f64 = 0.999;
 
+/// Share by which a load may be beyond those under which the wheel was braked: friction then changes by less than the
+/// band is wide.
+const NEAR_LOAD: f64 = 1.15;
+
 /// The bands of one exported tyre.
 #[derive(Debug)]
 pub(crate) struct ForceBands<'a> {
@@ -37,8 +41,14 @@ impl<'a> ForceBands<'a> {
         }
     }
 
-    /// Ends of the longitudinal force, N, of an upright tyre without a slip angle; `None` where they are not known.
+    /// Ends of the longitudinal force, N, of an upright tyre without a slip angle; `None` where they are not known: far
+    /// from the loads under which the wheel was braked, too, as the change with load is assumed.
     pub(crate) fn force_x(&self, input: &Input) -> Option<[f64; 2]> {
+        let is_near =
+            |[least, most]: [f64; 2]| (least / NEAR_LOAD..=most * NEAR_LOAD).contains(&input.load);
+        if self.tyre.braked_loads.is_some_and(|loads| !is_near(loads)) {
+            return None;
+        }
         let custom = &self.tyre.tyre;
         let extra = input.load / custom.nominal_load - 1.0;
         let stiffer = slip_stiffness_under(custom.slip_stiffness_load, extra);

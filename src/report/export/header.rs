@@ -6,6 +6,7 @@ use super::ends::Ends;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::numbers::{self, Number};
+use super::origins;
 use super::tyre::{Characterised, effects_of};
 
 use crate::report::export::error::Error;
@@ -23,7 +24,7 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, 
         if let Some(half) = tyre.missing_half() {
             return Err(Error::NoValue(half));
         }
-        constants.push_str(&self::tyre(tyre));
+        constants.push_str(&self::tyre(fitted, tyre));
     }
     let mut who = String::new();
     let models = [&session.tyre_front, &session.tyre_rear];
@@ -39,6 +40,7 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, 
     .chain(models.into_iter().flatten().map(|m| format!("Tyre model {m}")))
     .chain(tyres.iter().flat_map(Characterised::adjustment))
     .chain(tyres.iter().map(Characterised::share_line))
+    .chain(tyres.iter().flat_map(|c| origins::following(fitted, c)))
     .chain(effects_of(tyres, &[]))
     {
         let _ = writeln!(who, " * {}", comment(&line));
@@ -52,12 +54,15 @@ pub(crate) fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, 
         .replace("@@TYRES@@\n", &constants))
 }
 
-fn tyre(c: &Characterised) -> String {
+fn tyre(fitted: &Fitted, c: &Characterised) -> String {
     let ends = Ends::of(c);
     let mut out = format!("\nstatic const roadbench_tyre roadbench_{} = {{\n", c.axle.name());
     for number in numbers::ALL {
         // the shortest digits that read back to the same number
-        let _ = writeln!(out, "    .{} = {:?},", number.name, (number.value)(c, &ends));
+        let value = (number.value)(c, &ends);
+        let from = origins::of(fitted, c, number.name);
+        let from = from.map_or(String::new(), |from| format!(" /* {} */", comment(&from)));
+        let _ = writeln!(out, "    .{} = {value:?},{from}", number.name);
     }
     out + "};\n"
 }

@@ -70,7 +70,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &Mf62) -
     file::ranges(&mut f, c, c.with_bike);
     longitudinal(&mut f, c, set, &row);
     overturning(&mut f, c, set, &row);
-    lateral(&mut f, fitted, c, set);
+    lateral(&mut f, fitted, c, set, &row);
     f.section("ROLLING_COEFFICIENTS");
     file::rolling(&mut f, fitted, c, setting);
     f.number("QSY7", 1.0, "set: in proportion to load");
@@ -115,11 +115,18 @@ fn overturning(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> S
     zeros(f, "QSX1 QSX3 QSX4 QSX5 QSX6 QSX7 QSX8 QSX9 QSX10 QSX11 QSX13 QSX14", "set");
 }
 
-fn lateral(f: &mut File, fitted: &Fitted, c: &Characterised, set: &Mf62) {
+fn lateral(
+    f: &mut File,
+    fitted: &Fitted,
+    c: &Characterised,
+    set: &Mf62,
+    row: &dyn Fn(C) -> String,
+) {
     f.section("LATERAL_COEFFICIENTS");
     file::side_force(f, fitted, c);
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
+    let stiffness = |c: C, k: f64| format!("shaped; {c} is {} 1/rad, {}", short(k), row(c));
     let over_load = |else_: &str| match c.error.stiffness_load != 0.0 {
         true => c.noted("set: to first order in load", "stiffness_load"),
         false => else_.to_owned(),
@@ -131,13 +138,13 @@ fn lateral(f: &mut File, fitted: &Fitted, c: &Characterised, set: &Mf62) {
         f,
         &[("PDY3", set.pDy[2]), ("PEY1", set.pEy[0]), ("PEY4", set.pEy[3]), ("PEY5", set.pEy[4])],
     );
-    f.number("PKY1", set.pKy[0], &format!("shaped; cornering_stiffness_0 is {} 1/rad", short(k)));
+    f.number("PKY1", set.pKy[0], &stiffness(C::CorneringStiffness0, k));
     f.number("PKY2", set.pKy[1], &over_load("set: stiffness proportional to load"));
     f.number("PKY3", set.pKy[2], "shaped");
     f.number("PKY4", set.pKy[3], "set");
     f.number("PKY5", set.pKy[4], "shaped");
     let k = k * t.side_force_ratio;
-    f.number("PKY6", set.pKy[5], &format!("shaped; camber_stiffness_0 is {} 1/rad", short(k)));
+    f.number("PKY6", set.pKy[5], &stiffness(C::CamberStiffness0, k));
     f.number("PKY7", set.pKy[6], &over_load("set: stiffness proportional to load"));
     f.number("PVY3", set.pVy[2], "shaped");
     f.number("PVY4", set.pVy[3], &over_load("set"));
@@ -160,11 +167,8 @@ fn aligning(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> Stri
     f.section("ALIGNING_COEFFICIENTS");
     f.number("QCZ1", set.qCz[0], "set");
     f.number("QBZ1", set.qBz[0], "shaped to eq. 11, how slip shortens the trail");
-    let trail = match c.with_bike {
-        true => "set: eq. 12 with VERTICAL_STIFFNESS",
-        false => "placeholder: give --bikes",
-    };
-    f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));
+    let trail = file::trail(c, &row(C::PneumaticTrail0));
+    f.number("QDZ1", set.qDz[0], &c.noted(&trail, "pneumatic_trail"));
     let root = "shaped: the trail grows with the root of the load";
     f.number("QDZ2", set.qDz[1], &c.noted(&c.noted(root, "pneumatic_trail"), "stiffness_load"));
     let note = format!("from twisting_stiffness ({})", row(C::TwistingStiffness));

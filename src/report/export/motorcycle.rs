@@ -133,6 +133,7 @@ fn lateral(
     file::side_force(f, fitted, c);
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
+    let stiffness = |c: C, k: f64| format!("shaped; {c} is {} 1/rad, {}", short(k), row(c));
     let peak = "shaped, see the head; no ride reaches the peak";
     let is_shaped = c.error.stiffness_load != 0.0;
     let shaped = |else_: &str| match is_shaped {
@@ -153,13 +154,13 @@ fn lateral(
     ] {
         f.number(key, value, note);
     }
-    f.number("PKY1", set.pKy[0], &format!("shaped; cornering_stiffness_0 is {} 1/rad", short(k)));
+    f.number("PKY1", set.pKy[0], &stiffness(C::CorneringStiffness0, k));
     f.number("PKY2", set.pKy[1], "set");
     f.number("PKY3", set.pKy[2], &shaped("set: stiffness proportional to load"));
     f.number("PKY4", set.pKy[3], "set");
     f.number("PKY5", set.pKy[4], "shaped");
     let k = k * t.side_force_ratio;
-    f.number("PKY6", set.pKy[5], &format!("shaped; camber_stiffness_0 is {} 1/rad", short(k)));
+    f.number("PKY6", set.pKy[5], &stiffness(C::CamberStiffness0, k));
     f.number("PKY7", set.pKy[6], &shaped("set: stiffness proportional to load"));
     for key in ["PHY1", "PHY2", "PVY1", "PVY2"] {
         f.number(key, 0.0, "set: no offset");
@@ -185,14 +186,13 @@ fn lateral(
 
 fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> String) {
     f.section("ALIGNING_COEFFICIENTS");
-    let trail = "set: eq. 12 with VERTICAL_STIFFNESS";
     f.number("QCZ1", set.qCz1, "set");
     f.number("QBZ1", set.qBz[0], "shaped to eq. 11, how slip shortens the trail");
     for key in ["QBZ2", "QBZ5", "QBZ6", "QBZ9", "QBZ10"] {
         f.number(key, 0.0, "set");
     }
-    let trail = if c.with_bike { trail } else { "placeholder: give --bikes" };
-    f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));
+    let trail = file::trail(c, &row(C::PneumaticTrail0));
+    f.number("QDZ1", set.qDz[0], &c.noted(&trail, "pneumatic_trail"));
     let root = "shaped: the trail grows with the root of the load";
     f.number("QDZ2", set.qDz[1], &c.noted(&c.noted(root, "pneumatic_trail"), "stiffness_load"));
     for key in ["QDZ3", "QDZ4"] {

@@ -111,6 +111,14 @@ impl Ranges {
         1.0 / share.max(0.1) - 1.0
     }
 
+    /// Loads, N, from that at rest to those of the wheel that brakes or drives alone, at the frictions that were fitted.
+    pub fn braked_loads(&self, bike: &Bike, axle: Axle) -> [f64; 2] {
+        let rest = bike.static_load(axle);
+        let at = |y: &f64| rest * (1.0 + Self::braked_extra_load(bike, axle, *y));
+        let all = self.longitudinal_friction.iter().map(at);
+        all.fold([rest, rest], |[low, high], load| [low.min(load), high.max(load)])
+    }
+
     /// Mean of a function of the longitudinal friction over the samples that it was fitted to, by the square of the
     /// friction: so much does each say of its peak. 1 where there are none.
     pub fn mean_by_square(&self, of: impl Fn(f64) -> f64) -> f64 {

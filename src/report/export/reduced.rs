@@ -92,6 +92,8 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
             let length = t.relaxation_length;
             let note = format!("from relaxation_length = {} m ({})", short(length), origin(row));
             let note = c.noted(&note, "relaxation_length");
+            let usual = if c.lateral { "" } else { "placeholder: of a usual stiffness; " };
+            let note = format!("{usual}{note}");
             file.number("LATERAL_STIFFNESS", k_alpha * load / length, &note);
         }
         _ => {
@@ -188,7 +190,11 @@ fn lateral(
         true => else_.to_owned(),
         false => c.noted("", "stiffness_load"),
     };
-    file.number("PDY1", peak, "placeholder: the longitudinal peak mf_d");
+    let from = match c.longitudinal {
+        true => "placeholder: the longitudinal peak mf_d",
+        false => "placeholder: the ride gave no peak of friction",
+    };
+    file.number("PDY1", peak, from);
     file.number("PDY2", peak * gain, &over(NO_LOAD));
     file.number("PEY1", 0.0, "placeholder");
     let share = (2.0 * (1.0 / pky2).atan()).sin();

@@ -85,7 +85,7 @@ impl<S: Clone> Model for Curve<'_, S> {
 /// Fits one force of a set to the characterised tyre at the nominal load and leaves the parameters in the set.
 ///
 /// # Errors
-/// A sentence: the fit does not come to an end.
+/// The fit does not come to an end.
 pub(crate) fn solve<S: Clone>(
     c: &Characterised,
     set: &mut S,

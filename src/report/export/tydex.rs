@@ -6,6 +6,7 @@
 use super::ends::{Ends, steps};
 use super::file::{LONGVL, one_line};
 use super::fitted::Fitted;
+use super::origins;
 use super::tyre::Characterised;
 use crate::report::export::error::Error;
 use crate::tyre::paper::Input;
@@ -53,7 +54,8 @@ pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, Error>
         ),
         format!("input {}", session.provenance.input_hash),
         format!("pipeline {}", session.provenance.pipeline_hash),
-        "W axes, SI units; rolling resistance is not in FX. Sweeps over what was ridden:".into(),
+        "W axes, SI units; rolling resistance is not in FX. Sweeps over what was ridden of each:"
+            .into(),
         "slip ratio upright, slip angle at cambers, camber, and all three at the nominal load"
             .into(),
         "(combined slip is the model's rule, not ridden)".into(),
@@ -63,6 +65,7 @@ pub(crate) fn write(fitted: &Fitted, c: &Characterised) -> Result<String, Error>
         ),
     ];
     comments.extend(c.adjustment());
+    comments.extend(origins::lines(fitted, c).iter().map(|line| one_line(line)));
     comments.extend(c.effects(&NO_CHANNEL).iter().map(|line| one_line(line)));
     let head = Head {
         header,

@@ -46,12 +46,18 @@ pub struct Characterised {
     pub lag_from: &'static str,
     /// See [`Characterised::lag_from`].
     pub share_from: &'static str,
+    /// Where the vertical stiffness is from, and the rolling resistance if no ride gives it.
+    pub vertical_from: &'static str,
+    /// See [`Characterised::vertical_from`].
+    pub rolling_from: &'static str,
     /// What was done to the slip over camber; nothing where the lateral stiffnesses were not ridden.
     pub adjusted: Option<Adjusted>,
     /// What was ridden.
     pub ranges: Ranges,
     /// Loads that were ridden, N.
     pub loads: [f64; 2],
+    /// Loads under which the longitudinal friction was ridden, N; `None` without a bike file.
+    pub braked_loads: Option<[f64; 2]>,
 }
 
 /// What an export is told beside the tables.
@@ -164,6 +170,7 @@ impl Characterised {
         }
         let mut free = tyre;
         free.tyre.lateral_peak = f64::INFINITY;
+        let braked_loads = setting.bike.map(|bike| ranges.braked_loads(bike, axle));
         let crown = setting.bike.map_or(1.0, |bike| bike.wheel(axle).width / bike.front.width);
         let loads = match setting.bike {
             Some(bike) => ranges.load(bike, axle),
@@ -184,10 +191,13 @@ impl Characterised {
             with_bike: setting.bike.is_some(),
             lag_from: setting.origin_at(axle, "longitudinal_relaxation"),
             share_from: setting.origin_at(axle, "deflection_share"),
+            vertical_from: setting.origin_at(axle, "vertical_stiffness"),
+            rolling_from: setting.origin("aerodynamics.rolling_resistance"),
             adjusted,
             ranges,
             // a load that lifts the wheel off divides by nothing in anybody's file
             loads: [loads[0].max(0.05 * load), loads[1].max(load)],
+            braked_loads,
         })
     }
 

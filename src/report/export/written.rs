@@ -6,7 +6,7 @@ use super::effects::{Named, Place};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
-use super::{csv, fmu, header, magic_formula_62, motorcycle, reduced, tydex};
+use super::{csv, fmu, header, magic_formula_62, motorcycle, origins, reduced, tydex};
 use crate::contract::bike::{Axle, Bike};
 use crate::report::export::error::Error;
 use crate::simulate::effects::models::Models;
@@ -285,7 +285,7 @@ fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, Error> {
         short(tyre.tyre.longitudinal_relaxation),
         tyre.lag_from
     );
-    let more = [lag, tyre.share_line()];
+    let more = [lag, tyre.share_line()].into_iter().chain(origins::lines(fitted, tyre));
     for line in tyre.adjustment().into_iter().chain(more).chain(tyre.effects(&[])) {
         file += &format!("# {}\n", one_line(&line));
     }

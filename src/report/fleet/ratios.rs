@@ -7,7 +7,7 @@ use crate::report::labels;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{FleetRow, RatioRow, Status};
 
-/// Tyres without a ratio that are named; of more the number is told.
+/// Tyres without a ratio that are listed; of more only the number is given.
 const NAMED: usize = 10;
 
 /// One tyre's ratio.

@@ -71,7 +71,7 @@ pub struct Plot {
     pub x: Axis,
     /// Ordinate.
     pub y: Axis,
-    /// A sentence on what is drawn.
+    /// Sentence on the content of the drawing.
     pub caption: &'static str,
     /// Where it is on the page.
     pub section: Section,

@@ -60,8 +60,13 @@ impl Writer<'_> {
         let of_run = (&fleet[..], &events[..], &histories);
         let sources = Sources::read(self.out, (sessions, self.pages), self.diagnosed, of_run)?;
         let mut changed = sources.motorcycles();
-        page.explorer =
-            explorer::write::write(self.out, self.environment, self.tables, self.bench)?;
+        page.explorer = explorer::write::write(
+            self.out,
+            self.environment,
+            self.tables,
+            &all_rides,
+            self.bench,
+        )?;
         page.fleet = (!fleet.is_empty() && !sessions.is_empty()).then_some(events.len());
         let bikes = self.bikes(&page, &sources, &changed)?;
         let name_of: BTreeMap<&str, &str> =

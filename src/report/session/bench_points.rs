@@ -46,7 +46,7 @@ pub(crate) fn file_name(axle: Axle) -> String {
 /// Reads a TYDEX file.
 ///
 /// # Errors
-/// A sentence with file and line.
+/// Error text with file and line.
 pub(crate) fn check(bytes: &[u8], path: &Path) -> Result<Bench, tydex::Error> {
     parse(bytes, path)
 }

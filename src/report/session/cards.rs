@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::answer::{ASKED, explained};
 use crate::report::coefficient_text::CoefficientText;
-use crate::report::{inline_svg, labels};
+use crate::report::{inline_svg, labels, next_ride};
 use crate::statistics::number_format::typeset;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status};
 
@@ -79,10 +79,9 @@ fn main(c: &Coefficient, label: &'static str) -> Main {
             bar: String::new(),
             note: String::new(),
         },
-        status => {
-            let words = status.words();
-            let note = c.advice.as_ref().map_or(words.to_owned(), |a| format!("{words}: {a}"));
+        _ => {
             let (value, interval, bar) = Default::default();
+            let note = next_ride::note(c);
             Main { label, explained: explained(label), value, interval, bar, note }
         }
     }

@@ -27,8 +27,8 @@ pub(crate) struct Page {
     pub answer: String,
     /// What to ride for those that are missing, in sentences.
     pub advice: Vec<String>,
-    /// What is odd about single manoeuvres, in sentences; the first few.
-    pub odd: Vec<String>,
+    /// What is odd about single manoeuvres, in sentences, with the manoeuvre; the first few.
+    pub odd: Vec<(String, Option<i64>)>,
     /// How many more are in the list of warnings.
     pub more_odd: usize,
     /// How many coefficients have which status.
@@ -157,13 +157,17 @@ pub(crate) fn build(
     warnings: &[WarningRow],
 ) -> Page {
     let used = manoeuvres.iter().filter(|m| m.used).count();
+    let of = |w: &WarningRow| {
+        let is_its_start = |m: &&Manoeuvre| w.time.is_some_and(|t| (m.start - t).abs() < 1e-6);
+        manoeuvres.iter().find(is_its_start).map(|m| m.manoeuvre_id)
+    };
     let odd = || warnings.iter().filter(|w| w.code == OUTLYING_MANOEUVRE);
     Page {
         session_id: session.ident.session_id.clone(),
         bike_id: session.ident.bike_id.clone(),
         answer: answer::determined(coefficients),
         advice: answer::advice(coefficients),
-        odd: odd().take(answer::FINDINGS).map(|w| w.message.clone()).collect(),
+        odd: odd().take(answer::FINDINGS).map(|w| (w.message.clone(), of(w))).collect(),
         more_odd: odd().count().saturating_sub(answer::FINDINGS),
         verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),
         ridden: format!(
@@ -291,7 +295,7 @@ fn row(c: &Coefficient) -> Row {
         status: c.status.name(),
         status_label: c.status.words(),
         sign: c.status.sign(),
-        reason: c.why().unwrap_or_default(),
+        reason: labels::why(c).unwrap_or_default(),
         bench: String::new(),
         estimate: c.value,
     }
@@ -315,11 +319,12 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
         if matches!(c.status, Status::Ok | Status::Assumed) {
             continue;
         }
-        let ride = labels::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
+        let ride = c.advice.as_deref().or_else(|| labels::riding(&c.tyre, &c.coefficient));
+        let ride = ride.unwrap_or("see the reason");
         let item = (
             format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)),
             c.status.words(),
-            c.why().unwrap_or_default(),
+            labels::why(c).unwrap_or_default(),
         );
         match out.iter_mut().find(|m| m.ride == ride) {
             Some(group) => group.items.push(item),
@@ -406,5 +411,20 @@ mod tests {
             let page = page(n);
             assert_eq!((page.odd.len(), page.more_odd), (shown, more));
         }
+    }
+
+    /// The sentence leads to the manoeuvre that began then, and to no other.
+    #[test]
+    fn an_odd_manoeuvre_is_the_one_that_began_then() {
+        let warning = |time| WarningRow {
+            code: OUTLYING_MANOEUVRE.into(),
+            time: Some(time),
+            ..WarningRow::default()
+        };
+        let began = |manoeuvre_id, start| Manoeuvre { manoeuvre_id, start, ..Manoeuvre::default() };
+        let manoeuvres = [began(4, 480.0), began(5, 487.2)];
+        let page = build(&SessionRow::default(), &[], &manoeuvres, &[warning(487.2), warning(3.0)]);
+        let found: Vec<Option<i64>> = page.odd.iter().map(|(_, id)| *id).collect();
+        assert_eq!(found, [Some(5), None]);
     }
 }

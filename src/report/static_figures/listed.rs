@@ -50,7 +50,7 @@ impl Listed {
         written.map_err(|source| self.error(source))
     }
 
-    /// Removes the figures of before that have one of some endings and were not written again; how many.
+    /// Removes earlier figures with one of some endings that were not written again; returns their number.
     ///
     /// # Errors
     /// One cannot be removed, or the list not be written.

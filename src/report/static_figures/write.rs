@@ -38,7 +38,7 @@ impl Format {
 }
 
 /// Writes every plot of every session, diagnosis and of the fleet into `to`: a folder each, a
-/// file per plot and format; how many plots. Figures of before whose session or coefficient is gone
+/// file per plot and format; how many plots. Earlier figures whose session or coefficient is gone
 /// go ([`Listed`]). `only` limits all to one session and leaves out the fleet; then nothing goes.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Front, rear and combined braking in a straight line.
 //!
-//! With pressures: whoever presses brakes. Without: a deceleration that exceeds what coasting
-//! and a closed throttle give, from where it begins. Which wheel then is told by the wheels'
+//! With pressures: a wheel with pressure brakes. Without: a deceleration that exceeds what coasting
+//! and a closed throttle give, from where it begins. Which wheel it is follows from the wheels'
 //! speeds: with slip stiffness `k` per load, a share `x` of the braking force in front and the
 //! loads `N` (as parts of the weight, load transfer included),
 //!
@@ -70,13 +70,13 @@ pub(super) static COMBINED_BRAKING: Declaration = Declaration {
     force_row: Some(5),
 };
 
-/// Brakings with one brake alone of which a tyre's friction curve needs none with both: those need no shares.
+/// Braking with one brake alone of which a tyre's friction curve needs none with both: those need no shares.
 pub(crate) const ENOUGH_ALONE: usize = 6;
 
 /// Share of the last half second's hold at which the lever is being let go.
 const LETTING_GO: f64 = 0.7;
 
-/// Thresholds of brakings.
+/// Thresholds of braking manoeuvres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
@@ -119,7 +119,7 @@ impl Default for Config {
     }
 }
 
-/// Brakings and the wheels that took part.
+/// Braking manoeuvres and the wheels that took part.
 fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
     let pressed = |p: &Option<Vec<f64>>| {
         p.as_ref().map(|p| {
@@ -212,7 +212,7 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
     out
 }
 
-/// Which brake, by what the wheels do; both where that cannot be told.
+/// Brake in use, by the motion of the wheels; both if that does not decide.
 fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> &'static Declaration {
     let Some(slip) = &f.slip else { return &COMBINED_BRAKING };
     let (mut in_front, mut all, mut most) = (0.0, 0.0, 0.0_f64);

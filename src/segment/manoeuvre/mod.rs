@@ -83,7 +83,7 @@ pub struct Config {
     pub end_speed: f64,
     /// Bends.
     pub cornering: cornering::Config,
-    /// Brakings.
+    /// Braking manoeuvres.
     pub braking: braking::Config,
     /// Coasting.
     pub coasting: coasting::Config,

@@ -1,4 +1,4 @@
-//! Off-road manoeuvres: flights, whoops, corners, brakings, drives.
+//! Off-road manoeuvres: flights, whoops, corners, braking manoeuvres, drives.
 //!
 //! ```text
 //! flight  >  whoops  >  corner (braking, slowest point, exit)  >  braking  >  driving  >  other

@@ -49,7 +49,7 @@ pub struct ExtendedModel {
     pub session_id: String,
     /// Its motorcycle.
     pub bike_id: String,
-    /// What the base model leaves out, by effect.
+    /// What the nominal model leaves out, by effect.
     #[serde(default)]
     pub effects: BTreeMap<String, Estimate>,
     /// Coefficients of the ride without these effects, by tyre (`front`, `rear`, `vehicle`) and name.
@@ -72,7 +72,7 @@ impl ExtendedModel {
     /// Reads a model file.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let text = read_text(path).map_err(|e| FileName::new("model", path.display()).unread(e))?;
         Self::parse(&text, &path.display().to_string())
@@ -81,7 +81,7 @@ impl ExtendedModel {
     /// Checks a model file's text; `name` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
         let file = FileName::new("model", name);
         FileKind::Model.expect(text).map_err(|e| file.wrong(e))?;

@@ -1,4 +1,4 @@
-//! Physical effects that the base model leaves out: what each is, its formula, what it takes to identify
+//! Physical effects that the nominal model leaves out: what each is, its formula, what it takes to identify
 //! it and what it is confounded with.
 //!
 //! An effect is a file and its line in the list below. The file implements [`Physics`]: words, unit,
@@ -107,7 +107,7 @@ pub struct Effect {
     pub get: fn(&ModelError) -> f64,
     /// Puts its size.
     pub set: fn(&mut ModelError, f64),
-    /// Takes an effect of a size out of what was measured and assumed, so that the base model holds.
+    /// Takes an effect of a size out of what was measured and assumed, so that the nominal model holds.
     /// `None` where that cannot be done without the tyre.
     pub remove: Option<Remove>,
     /// Tyres of whose it is; none where it is not the tyres'.
@@ -134,7 +134,7 @@ impl Effect {
     /// The effect of a name.
     ///
     /// # Errors
-    /// A sentence with the nearest name.
+    /// Error text with the nearest name.
     pub fn named(name: &str) -> Result<&'static Effect, KeyError> {
         ALL.iter().find(|e| e.name == name).ok_or_else(|| {
             let near = closest(name, ALL.iter().map(|e| e.name));

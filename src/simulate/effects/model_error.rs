@@ -9,8 +9,8 @@ pub(super) trait Step {
 /// From the list of effects: a number each, the list as data, and the hooks of all of them.
 macro_rules! effects {
     ($($module:ident::$effect:ident,)*) => {
-        /// What a real ride may have and the base model has not: the size of every effect, in its unit.
-        /// All are zero in the base model.
+        /// What a real ride may have and the nominal model has not: the size of every effect, in its unit.
+        /// All are zero in the nominal model.
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct ModelError {
             $(

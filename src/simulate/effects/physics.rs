@@ -127,7 +127,7 @@ macro_rules! hooks {
             fn rolling_radius(radius, rolling: Rolling);
             /// Steering angle on the road that front side force takes back, rad/N.
             fn compliance(compliance);
-            /// How far to the right of the contact line the mass centre is, m.
+            /// How far to the right of the contact line the centre of mass is, m.
             fn mass_centre_aside(offset, roll: f64);
             /// Spin inertia of a wheel, kg m².
             fn wheel_inertia(inertia);
@@ -190,8 +190,8 @@ macro_rules! declare {
             const TYRES: &[Axle] = &[];
             /// What it acts on; the attitudes know the sizes of no effect that does not say so.
             const REACH: Reach = Reach::FORCES;
-            /// Whether people read a size of unit 1 in per cent: it is a share of what it changes, or a slope. What is added
-            /// to a ratio is read as it stands, as per cent of the ratio would be something else.
+            /// Whether people read a size of unit 1 in per cent: it is a share of what it changes, or a slope. What is
+            /// added to a ratio is read as it stands, as per cent of the ratio would be something else.
             const IN_PER_CENT: bool = true;
             /// Whether it depends on the heading; simulators work out `along` for no other effect.
             const NEEDS_HEADING: bool = false;

@@ -57,7 +57,7 @@ impl PooledEffects {
     /// Checks a file's text; `name` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the file and the key.
+    /// Error text that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, FileError> {
         let file = FileName::new("pooled effects", name);
         let all: PooledEffects =

@@ -1,4 +1,4 @@
-//! Taking what was found out of a session, so that the base model holds for it: how the extended
+//! Taking what was found out of a session, so that the nominal model holds for it: how the extended
 //! model is used by `run` (`--model`).
 
 use super::{ALL, ModelError};

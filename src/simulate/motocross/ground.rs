@@ -66,7 +66,7 @@ impl Part {
     /// Checks the numbers of a scenario file.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         let mut rows = vec![("speed", self.speed(), 1.0, 60.0)];
         match *self {

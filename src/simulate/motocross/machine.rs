@@ -55,7 +55,7 @@ impl Tyre {
     /// Checks the numbers of a scenario file.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("stiffness", self.stiffness, 1e4, 1e6),

@@ -77,7 +77,7 @@ pub struct Vibration {
     pub frequency: [f64; 2],
 }
 
-/// What the simulated ride has and the estimate's base model (rider B, the bike file's fork) has not.
+/// What the simulated ride has and the estimate's nominal model (rider B, the bike file's fork) has not.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Effects {
@@ -94,7 +94,7 @@ impl Effects {
     /// Checks the numbers of a scenario file.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         let friction = self.fork_friction;
         if !(0.0..=2000.0).contains(&friction) {
@@ -188,7 +188,7 @@ impl Motocross {
     /// A built-in scenario by name, or a file; `None` when it is of another kind.
     ///
     /// # Errors
-    /// A sentence that names file and key.
+    /// Error text that names file and key.
     pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "lap");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
@@ -197,7 +197,7 @@ impl Motocross {
     /// Checks a scenario's text; `path` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
         let file = FileName::new("scenario", path.display());
         refuse_infinite_in(text).map_err(|e| file.wrong(e))?;

@@ -275,7 +275,7 @@ impl Plant {
         let b = Vector3::new(
             m * (GRAVITY - rising * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
             error.pitch_moment(cos_phi * (torque[0] + torque[1] + diving), drag) + (lf - lr) * lift,
-            // the extra lateral force acts at the mass centre: no moment
+            // the extra lateral force acts at the centre of mass: no moment
             spin * s.yaw_rate * cos_phi,
         );
         let solution = match a.try_inverse() {
@@ -295,7 +295,7 @@ impl Plant {
         Forces { per_load, torque, drag, load, roll_acceleration: solution[2], tyre }
     }
 
-    /// Acceleration of the mass centre, level frame.
+    /// Acceleration of the centre of mass, level frame.
     fn acceleration(&self, pose: &Pose, forces: &Forces, action: &Action) -> [f64; 2] {
         let m = self.vehicle.mass;
         let Forces { per_load: PerLoad { x, y, .. }, drag, load, .. } = forces;

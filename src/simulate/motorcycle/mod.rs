@@ -1,4 +1,4 @@
-//! A reduced-order motorcycle on the paper's tyres: planar motion of the mass centre, yaw,
+//! A reduced-order motorcycle on the paper's tyres: planar motion of the centre of mass, yaw,
 //! roll, both wheel spins, lagged slip angles, steering.
 //!
 //! Wheel loads and roll acceleration follow from the same instant's balances (tyre forces are
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Level frame on the trace of the bike's plane, ISO 8855; `X, Y` are tyre forces in that frame,
-//! `v` is the mass centre's velocity. Left out: pitch and bounce dynamics, products of inertia,
+//! `v` is the velocity of the centre of mass. Left out: pitch and bounce dynamics, products of inertia,
 //! the difference of yaw and pitch inertia. Tyres are toroids on springs
 //! ([`Carcass`](crate::tyre::tyre_model::Carcass)): rolling radius and lever arm of the longitudinal
 //! force follow load and camber.
@@ -42,8 +42,8 @@ mod tests {
         Scenario::builtin("perfect").expect("scenario").nominal_plant()
     }
 
-    /// The estimate's balance and the simulator's are written apart: loads that are solved together with the tyres' forces
-    /// against loads that follow from the acceleration.
+    /// The estimate's balance and the simulator's are written apart: loads that are solved together with the tyres'
+    /// forces against loads that follow from the acceleration.
     #[test]
     fn loads_are_those_of_the_balance() {
         let p = plant();
@@ -108,7 +108,7 @@ mod tests {
         let action = Action { brake: [400.0, 0.0], ..Action::default() };
         let r = p.response(&s, &action);
         assert!((r.load[0] + r.load[1] - vehicle.mass * GRAVITY).abs() < 1e-6);
-        // pitch balance about the front contact with drag at the mass centre
+        // pitch balance about the front contact with drag at the centre of mass
         let rates = p.rates(&s, &action);
         let spin: f64 = (0..2).map(|i| vehicle.wheel_inertia[i] * rates.omega[i]).sum();
         let x = vehicle.mass * r.acceleration[0] + vehicle.drag * s.vx * s.vx;

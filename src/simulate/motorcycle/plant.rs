@@ -31,12 +31,12 @@ impl Plant {
         self.vehicle.at_mass_centre(self.tyres.map(|t| t.overturning_stiffness))
     }
 
-    /// How far the springs below the mass centre give under the load at rest, m.
+    /// How far the springs below the centre of mass give under the load at rest, m.
     pub(super) fn loaded_sag(&self) -> f64 {
         self.vehicle.at_mass_centre(self.vehicle.sag)
     }
 
-    /// Distance of the mass centre from the ground along the leaned plane, m: the frame comes down onto its springs.
+    /// Distance of the centre of mass from the ground along the leaned plane, m: the frame comes down onto its springs.
     pub(in crate::simulate) fn height_in_plane(&self, cos_phi: f64) -> f64 {
         height_in_plane(self.vehicle.cg_height, self.loaded_crown() - self.loaded_sag(), cos_phi)
     }

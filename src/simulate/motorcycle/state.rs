@@ -6,9 +6,9 @@ use crate::tyre::paper::Output;
 /// The integrated state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
-    /// Mass centre forward velocity.
+    /// Forward velocity of the centre of mass.
     pub vx: f64,
-    /// Mass centre lateral velocity.
+    /// Lateral velocity of the centre of mass.
     pub vy: f64,
     /// Yaw rate.
     pub yaw_rate: f64,
@@ -71,9 +71,9 @@ pub struct Action {
     pub brake: [f64; 2],
     /// Drive torque at the rear wheel.
     pub drive: f64,
-    /// Extra forward force on the mass centre: slope, gusts.
+    /// Extra forward force on the centre of mass: slope, gusts.
     pub force_x: f64,
-    /// Extra lateral force on the mass centre.
+    /// Extra lateral force on the centre of mass.
     pub force_y: f64,
     /// Extra yaw moment.
     pub moment_z: f64,
@@ -81,7 +81,7 @@ pub struct Action {
     pub lost_grip: f64,
     /// Time since the ride began, s.
     pub time: f64,
-    /// How far the mass centre has moved ahead of its place over the wheels, m: a diving frame.
+    /// How far the centre of mass has moved ahead of its place over the wheels, m: a diving frame.
     pub ahead: f64,
     /// Rate of the dive, rad/s.
     pub dive_rate: f64,
@@ -112,7 +112,7 @@ impl Action {
 /// What follows from a state and an action.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Response {
-    /// Mass centre acceleration, level frame.
+    /// Acceleration of the centre of mass, level frame.
     pub acceleration: [f64; 2],
     /// Roll acceleration.
     pub roll_acceleration: f64,

@@ -227,7 +227,7 @@ impl Motorcycle {
         self.bodies().iter().map(|(b, _)| b.mass).sum::<f64>() + rider
     }
 
-    /// Mass centre of everything, upright.
+    /// Centre of mass of everything, upright.
     pub fn centre(&self) -> Vector3<f64> {
         let mut sum: Vector3<f64> =
             self.bodies().iter().map(|(b, at)| (b.centre + at) * b.mass).sum();
@@ -255,7 +255,7 @@ impl Motorcycle {
         [front, weight - front]
     }
 
-    /// Inertia of everything about its mass centre, upright, kg m².
+    /// Inertia of everything about its centre of mass, upright, kg m².
     pub fn inertia(&self) -> Matrix3<f64> {
         let centre = self.centre();
         let mut bodies = self.bodies().to_vec();

@@ -62,7 +62,7 @@ impl Model {
     pub fn new(motorcycle: Motorcycle, road: Road) -> Self {
         let m = &motorcycle;
         let relative = |r: &Rigid, origin: &Vector3<f64>| {
-            // about another origin: through the mass centre and back
+            // about another origin: through the centre of mass and back
             let skew = crate::simulate::multibody::bodies::spatial::skew;
             let c = skew(&r.centre);
             let own = r.about_origin + c * c * r.mass;
@@ -221,7 +221,7 @@ impl Model {
         Vector3::new(ahead * cos - left * sin, ahead * sin + left * cos, 0.0)
     }
 
-    /// Moments of the effects on the frame: of a mass centre beside the plane of symmetry, and of more
+    /// Moments of the effects on the frame: of a centre of mass beside the plane of symmetry, and of more
     /// spin than the wheels'. The spin's own rate is left out.
     fn twist(&self, state: &State, work: &mut Work) {
         let m = &self.motorcycle;

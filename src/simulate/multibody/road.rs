@@ -102,7 +102,7 @@ impl Road {
     /// What is wrong with it, if anything.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         let positive = |what: &str, x: f64| {
             let ok = (0.01..=3.0).contains(&x);

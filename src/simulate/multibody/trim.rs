@@ -9,7 +9,7 @@ use super::state::{Action, State, Wheel, joint, spin};
 /// A steady turn.
 #[derive(Debug, Clone)]
 pub struct Trim {
-    /// Forward velocity of the frame's mass centre along the frame plane's trace, m/s.
+    /// Forward velocity of the frame's centre of mass along the frame plane's trace, m/s.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub speed: f64,
     /// rad/s, positive to the left.
@@ -190,7 +190,7 @@ fn unpack(
         }
     }
     state.velocity.angular = spin(&state.angles, &[yaw_rate, 0.0, 0.0]);
-    // level velocity of the frame's mass centre, along and across the trace
+    // level velocity of the frame's centre of mass, along and across the trace
     let level = Vector3::new(speed, sideways, 0.0);
     let own = state.rotation().tr_mul(&level);
     let centre = model.motorcycle.frame.centre;

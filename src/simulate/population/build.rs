@@ -55,7 +55,8 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
         put(&format!("{end}.wheel.diametral_inertia"), Some(r.between(0.55, 0.62) * spin));
     }
     put("fork.mass", Some(r.between(5.5, 9.0)));
-    // longer relaxation lengths than 0.2 m need more, or the steering wobbles at 5 to 6 Hz in bends until it throws the rider
+    // longer relaxation lengths than 0.2 m need more, or the steering wobbles at 5 to 6 Hz in bends until it throws the
+    // rider
     let lag = (plant.tyres[0].relaxation_length / 0.2).max(1.0);
     put("steering.damping", Some(lag * lag * r.between(4.0, 10.0)));
     put("engine.inertia", Some(r.between(0.0, 0.02)));
@@ -96,7 +97,7 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
 pub(super) fn imu(noise: f64, r: &mut Random) -> Imu {
     let mounting = [0; 3].map(|_| 0.001 * r.normal());
     Imu {
-        // units give the accelerations of the mass centre: what is left of a lever arm that was measured
+        // units give the accelerations of the centre of mass: what is left of a lever arm that was measured
         position: [0; 3].map(|_| within(r, 0.0, 0.02, 2.0)),
         mounting,
         // zeros are effects: these tilt the attitude by a third of what shows

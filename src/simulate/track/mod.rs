@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Nothing of it is made for an estimate: no coasting in neutral, no single brake, no steady turn. The slope acts
-//! as a force along the heading at the aerodynamic centre, which is about the mass centre's height; banked corners,
-//! kerbs and the tyres' warming are left out. Tyres that fade lose a share of their forces (`fade`) evenly over the
-//! distance of the session.
+//! as a force along the heading at the aerodynamic centre, which is about the height of the centre of mass; banked
+//! corners, kerbs and the tyres' warming are left out. Tyres that fade lose a share of their forces (`fade`) evenly
+//! over the distance of the session.
 
 pub(crate) mod circuit;
 pub(crate) mod drivetrain;

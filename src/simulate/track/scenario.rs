@@ -163,7 +163,7 @@ impl Track {
     /// A built-in track by name, or a scenario file; `None` when it is a scenario of another kind.
     ///
     /// # Errors
-    /// A sentence that names file and key.
+    /// Error text that names file and key.
     pub fn load(name_or_path: &str) -> Result<Option<Self>, FileError> {
         let found = text_with_key(BUILTIN, name_or_path, "laps");
         found.map(|(text, path)| Self::parse(&text, &path)).transpose()
@@ -172,7 +172,7 @@ impl Track {
     /// Checks a scenario's text; `path` is for messages.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, FileError> {
         let file = FileName::new("scenario", path.display());
         refuse_infinite_in(text).map_err(|e| file.wrong(e))?;

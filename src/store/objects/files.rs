@@ -68,7 +68,7 @@ impl Location {
     /// Whether there is such a file, or such a local folder.
     ///
     /// # Errors
-    /// That cannot be told: the store does not answer, or a folder on the way to it may not be looked into.
+    /// Unknown: the store does not answer, or a folder on the way to it may not be looked into.
     pub fn exists(&self) -> Result<bool> {
         match self {
             Self::Local(path) => is_there(std::fs::metadata(path)),
@@ -155,7 +155,7 @@ fn list_local(folder: &Path) -> Vec<Entry> {
     entries
 }
 
-/// Opens a file; whoever opens a pipe may wait for its other end for ever.
+/// Opens a file. Opening a pipe may wait for its other end for ever.
 ///
 /// # Errors
 /// It is not there, cannot be read, or is no file.

@@ -1,5 +1,5 @@
-//! Files of this machine that are replaced whole: a temporary beside the old file, then renamed over it. And files at names of
-//! our own that are opened to be locked or added to: never through a link that somebody has put there.
+//! Files of this machine that are replaced whole: a temporary beside the old file, then renamed over it. And files at
+//! names of our own that are opened to be locked or added to: never through a link that somebody has put there.
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Error, ErrorKind, Result, Write as _};
@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 pub(crate) const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
 
 /// Writes a file, whole or not at all, making its folder. A link, device or pipe of that name is replaced, too
-/// ([`tables::output`](crate::store::tables::output) has the rule for what a user names). A file that was there keeps its rights.
+/// ([`tables::output`](crate::store::tables::output) has the rule for what a user names). A file that was there keeps
+/// its rights.
 pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = folder_of(path);
     make_folder(folder)?;
@@ -52,7 +53,7 @@ fn begin(folder: &Path, path: &Path) -> Result<(PathBuf, File)> {
             std::fs::remove_file(&temporary)?; // a link or device: what it leads to stays
         }
         let file = open(&temporary, File::options().create(true).truncate(false).write(true))?;
-        let _ = file.lock(); // some network file systems have none: there two writers of one file are not told apart
+        let _ = file.lock(); // some network file systems have none: there two writers of one file are not separated
         // another writer of the same target may have put it in place while this one waited
         let is_same = |there: &Metadata| file.metadata().map(|own| same_file(&own, there));
         match std::fs::symlink_metadata(&temporary) {

@@ -19,7 +19,7 @@ use crate::store::tables::mismatch::Mismatch;
 /// Rows as a batch of their table's schema.
 ///
 /// # Errors
-/// A sentence: a field that the schema lacks, one that it requires and the row has not, or a value of another type.
+/// A field that the schema lacks, one that it requires and the row has not, or a value of another type.
 pub(super) fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Mismatch> {
     let growing = table.columns.iter().map(|c| Growing::of(c, rows.len())).collect();
     let given = vec![false; table.columns.len()];

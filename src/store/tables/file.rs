@@ -59,7 +59,7 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
 /// ids are dictionaries. A column that may be null may be missing; one that the schema has not is left out.
 ///
 /// # Errors
-/// A sentence: a column is missing or of another type.
+/// A column is missing or of another type.
 pub(crate) fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, Mismatch> {
     let columns: Vec<ArrayRef> = table
         .columns

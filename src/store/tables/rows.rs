@@ -582,7 +582,7 @@ pub struct SimulationError {
 impl SimulationError {
     /// Error, in noise floors, that must have gone or come for a person to see it.
     const VISIBLE: f64 = 0.5;
-    /// Error, in noise floors, of which noise alone may be the cause.
+    /// Error, in noise floors, of which noise may be the only cause.
     const OF_NOISE: f64 = 1.1;
     /// Error, in noise floors, from which a simulation is wrong.
     const WRONG: f64 = 2.0;
@@ -602,7 +602,7 @@ impl SimulationError {
         self.change() > Self::VISIBLE
     }
 
-    /// Whether they make it worse, and by more than noise alone leaves: a base model whose rider follows a wrong
+    /// Whether they make it worse, and by more than the noise-only rms: a nominal model whose rider follows a wrong
     /// speed is less wrong there than a model that is right.
     pub fn is_worse(&self) -> bool {
         let beyond_noise = |error: f64| error > Self::OF_NOISE * self.noise_floor;

@@ -41,7 +41,7 @@ impl Entry {
     /// them is the unit.
     ///
     /// # Errors
-    /// A sentence: a channel that is needed has a unit that is not known, or numbers that are none.
+    /// A channel that is needed has a unit that is not known, or numbers that are none.
     pub(crate) fn parse(line: &str) -> Result<Self, Fault> {
         let name = columns(line, 0, DESCRIPTION);
         let name = name.split_whitespace().next().unwrap_or_default().to_owned();

@@ -44,7 +44,7 @@ impl Rows {
     /// Takes a line (`number` from 1); the values of a point that ends with it.
     ///
     /// # Errors
-    /// A sentence: too many or too few values, or a word that is none.
+    /// Too many or too few values, or a word that is none.
     pub(crate) fn line(
         &mut self,
         line: &str,
@@ -96,7 +96,7 @@ impl Rows {
     /// Ends the section.
     ///
     /// # Errors
-    /// A sentence: the last point is not whole.
+    /// The last point is not whole.
     pub(crate) fn end(self) -> Result<(), Fault> {
         if self.begun.is_empty() {
             return Ok(());

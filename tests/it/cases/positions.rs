@@ -118,8 +118,8 @@ fn lean_of(course: impl Fn(&Row) -> f64, east: impl Fn(&Row) -> f64) -> (Session
     let rows = ride(240, 0.25);
     for r in &rows {
         let (v, lon, course) = (r.kmh(), east(r), course(r));
-        // a lean without an error is taken for a calculated one
-        let lean = r.lean + 2.0 * (0.9 * r.t).sin();
+        // a lean without an error, or as small as the ideal one, is taken for a calculated one
+        let lean = 1.06 * r.lean + 2.0 * (0.9 * r.t).sin();
         let _ = writeln!(text, "{:.2},{v:.2},{:.7},{lon:.7},{course:.2},{lean:.1}", r.t, r.lat);
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -143,4 +143,26 @@ fn a_mirrored_position_does_not_turn_the_lean() {
     // nor does a course that is positive to the left take a right position away
     let (session, map) = lean_of(|r| 360.0 - r.course, |r| r.lon);
     assert!(session.get(Channel::Longitude).is_some(), "{map}");
+}
+
+/// A lean that is off the ideal one, but no larger, may be an app's: it is put in force by its owner only.
+#[test]
+fn a_lean_no_larger_than_the_turn_asks_for_is_a_guess() {
+    let drafted = |larger: f64| {
+        let mut text = "Time (s),GPS Speed (km/h),Latitude,Longitude,Lean (deg)\n".to_owned();
+        for r in &ride(240, 0.25) {
+            let lean = larger * r.lean + 2.0 * (0.9 * r.t).sin();
+            let _ = writeln!(text, "{:.2},{:.2},{:.7},{:.7},{lean:.1}", r.t, r.kmh(), r.lat, r.lon);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("ride.csv");
+        std::fs::write(&path, text).expect("written");
+        let (session, _, map) = read(&path).expect("read");
+        (session.has(Channel::Roll), map)
+    };
+    let (in_force, map) = drafted(1.06);
+    assert!(in_force && map.contains("measured"), "{map}");
+    let (in_force, map) = drafted(0.99);
+    let said = map.replace("\n# ", " ");
+    assert!(!in_force && said.contains("no larger than the turn asks for"), "{map}");
 }

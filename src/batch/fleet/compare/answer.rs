@@ -7,6 +7,7 @@ use super::{Chosen, Comparison};
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::error_source::{MODEL, RIDES};
 use crate::fleet::compare::Verdict;
+use crate::report::next_ride::TITLE;
 use crate::statistics::number_format::count;
 use crate::store::tables::rows::ComparisonRow;
 
@@ -69,11 +70,17 @@ pub(crate) fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
             format!("{} {} to {} %", row.tyre, percent(low), percent(high))
         };
         let ends: Vec<String> = friction.iter().map(ends).collect();
+        let larger = |row: &&ComparisonRow| {
+            row.probability_larger.map(|p| format!("{} {}", row.tyre, chance(p)))
+        };
+        let larger: Vec<String> = friction.iter().filter_map(larger).collect();
+        let ends = ends.join(", ");
         // the first question
-        out.insert(
-            0,
-            format!("No difference in peak friction is seen (95 %: {}).", ends.join(", ")),
-        );
+        let mut said = format!("No difference in peak friction is seen (95 %: {ends})");
+        if !larger.is_empty() {
+            said += &format!("; probability that B has more: {}", larger.join(", "));
+        }
+        out.insert(0, format!("{said}."));
     }
     if differ.is_empty() && none == 0 {
         return vec![
@@ -126,6 +133,15 @@ pub(crate) fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
     out
 }
 
+/// A probability; none is certain.
+fn chance(p: f64) -> String {
+    match 100.0 * p {
+        p if p > 99.0 => ">99 %".to_owned(),
+        p if p < 1.0 => "<1 %".to_owned(),
+        p => format!("{p:.0} %"),
+    }
+}
+
 /// What riding would decide what is not decided, a paragraph each; lines that belong to one begin with two spaces.
 pub(crate) fn undecided(rows: &[&ComparisonRow]) -> Vec<Vec<String>> {
     let open = rows.iter().filter(|row| row.verdict == Verdict::NoDifference.name());
@@ -158,9 +174,10 @@ pub(crate) fn undecided(rows: &[&ComparisonRow]) -> Vec<Vec<String>> {
         out.push(vec![format!("A difference of 5 % would have shown: {}.", shown.join(", "))]);
     }
     if !by_riding.is_empty() {
-        let mut paragraph = vec![
-            "Sessions more on each side that would decide 5 % (in brackets: the difference seen), if they are such as these and have this riding:".to_owned(),
-        ];
+        let mut paragraph = vec![format!(
+            "{TITLE}: how many sessions more on each side, such as these and with this riding, decide 5 % (in brackets: \
+                 the difference seen):"
+        )];
         let lines = by_riding.iter().map(|(riding, all)| format!("  {riding}: {}", all.join(", ")));
         paragraph.extend(lines);
         out.push(paragraph);

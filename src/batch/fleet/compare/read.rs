@@ -19,7 +19,7 @@ const STRAIGHT: std::ops::Range<f64> = 0.003..0.03;
 /// A slip stiffness that is known less well says nothing, a share.
 const UNKNOWN: f64 = 0.3;
 
-/// What one session tells.
+/// Estimates of one session.
 #[derive(Debug, Default)]
 pub(super) struct Estimates {
     /// Its evidence, as [`crate::fleet`] takes it.
@@ -34,7 +34,7 @@ pub(super) const TABLES: [&str; 3] = ["evidence", "coefficients", "plots"];
 /// By bike and session.
 pub(super) type Key = (String, String);
 
-/// What some sessions of an output tell.
+/// Estimates of some sessions of an output.
 ///
 /// # Errors
 /// A table cannot be read.
@@ -118,7 +118,7 @@ fn piece(row: &EvidenceRow) -> Piece {
     }
 }
 
-/// What an error does to the slip stiffness.
+/// Effect of an error on the slip stiffness.
 #[derive(Debug, Default)]
 struct Upstream {
     /// Relative change of one standard error.

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use crate::contract::schema::nearest;
 use crate::store::tables::rows::SessionRow;
 
-/// What a term chooses sessions by.
+/// Property by which a term selects sessions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Session,
@@ -47,7 +47,7 @@ impl Kind {
         }
     }
 
-    /// What a session has of it.
+    /// Values of a session for this property.
     fn of(self, row: &SessionRow) -> Vec<&str> {
         let texts = match self {
             Kind::Session => vec![Some(row.ident.session_id.as_str())],
@@ -63,7 +63,7 @@ impl Kind {
     }
 }
 
-/// One term.
+/// One condition of a selection.
 #[derive(Debug, Clone, PartialEq)]
 struct Term {
     kind: Kind,
@@ -182,7 +182,7 @@ fn is_like(pattern: &str, text: &str) -> bool {
 /// The sessions that a text names.
 ///
 /// # Errors
-/// A sentence: the text is none, or what it names is not there.
+/// The text is none, or what it names is not there.
 pub(crate) fn select<'a>(
     text: &str,
     rows: &'a [SessionRow],

@@ -5,7 +5,7 @@ use crate::contract::status::Status;
 use crate::fleet::compare::{Difference, Verdict};
 use crate::statistics::number_format::{count, decimals, fixed};
 
-/// What a session's row of `coefficients` says of one.
+/// Status of a coefficient in a session's row of `coefficients`.
 #[derive(Debug, Clone)]
 pub(super) struct RowStatus {
     pub(super) status: Status,
@@ -60,7 +60,7 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// What is seen of a coefficient, as a sentence.
+/// Sentence on the difference of a coefficient.
 pub(super) fn sentence(tyre: &str, coefficient: &str, unit: &str, found: &Difference) -> String {
     let name = noun(coefficient);
     let (who, whose) = match tyre {

@@ -19,7 +19,7 @@ const START: Duration = Duration::from_secs(60);
 const END: Duration = Duration::from_secs(10);
 /// A worker that waits (for a disk, a store, a loaded machine) is given so many times its processor time.
 const PATIENCE: f64 = 10.0;
-/// What is kept of a worker's last words, bytes.
+/// Part of a worker's last output that is kept, bytes.
 const LAST_WORDS: usize = 4096;
 /// Largest answer, bytes.
 const LARGEST: u64 = 8 << 30;
@@ -45,13 +45,13 @@ pub(super) enum Ended {
 #[derive(Debug)]
 pub(super) struct Child {
     process: std::process::Child,
-    /// None once it is told that nothing more comes.
+    /// `None` once the worker knows that no more questions come.
     to: Option<ChildStdin>,
     answers: Receiver<io::Result<(Answer, Vec<u8>)>>,
     /// Gives back its last words.
     words: Option<JoinHandle<String>>,
     asked: usize,
-    /// What it may do beyond reading.
+    /// Rights beyond reading.
     pub may: Vec<String>,
 }
 
@@ -173,7 +173,8 @@ impl Child {
         Some((user + system) / 100.0)
     }
 
-    /// It says nothing more: gives it time to end by itself, so that how it ended can be told. Whether it has.
+    /// It says nothing more: gives it time to end by itself, so that its exit status is known. Returns whether it has
+    /// ended.
     fn await_end(&mut self) -> bool {
         let start = Instant::now();
         while matches!(self.process.try_wait(), Ok(None)) {
@@ -185,7 +186,7 @@ impl Child {
         true
     }
 
-    /// What it said last; it is over then.
+    /// Its last output; the worker has ended then.
     fn last_word(&mut self) -> String {
         self.to = None;
         let _ = self.process.kill();
@@ -201,7 +202,7 @@ impl Drop for Child {
     }
 }
 
-/// What a worker said, one after the other, until it says nothing more or nobody listens.
+/// Passes on a worker's answers until it ends or nobody listens.
 fn listen(from: ChildStdout, to: &Sender<io::Result<(Answer, Vec<u8>)>>) {
     let mut from = BufReader::new(from);
     loop {

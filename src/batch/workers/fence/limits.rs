@@ -12,7 +12,7 @@ const TIME: (f64, f64) = (60.0, 20.0 / 1e6);
 /// Share of the machine's memory that all workers together may take.
 const SHARE: f64 = 0.8;
 
-/// What is asked for.
+/// Limits that the user gives.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LimitOptions {
     /// Memory that one log may take, GB; else by its size.
@@ -35,7 +35,7 @@ impl LimitOptions {
     }
 }
 
-/// What a worker may use for one log.
+/// Limits of a worker for one log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Memory, 10 MB.

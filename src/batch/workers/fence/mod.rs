@@ -54,7 +54,7 @@ pub const WORKER: &str = "__worker";
 /// Stage of a rejection of a log that does not get as far as telling whose it is.
 const IDENTIFY: Stage = Stage::Ingest;
 
-/// What starts a worker: the program and its arguments.
+/// Command of a worker: the program and its arguments.
 static PROGRAM: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Says what starts a worker where it is not this very program, as in a Python process. The first word wins.
@@ -83,7 +83,7 @@ pub struct Sandboxed<W> {
     wants_results: AtomicBool,
 }
 
-/// What logs are read by.
+/// The worker processes that read logs.
 #[derive(Debug)]
 struct Workers {
     pool: Pool,
@@ -141,7 +141,7 @@ impl<W: Work> Sandboxed<W> {
 }
 
 impl Workers {
-    /// What a worker may use for a log.
+    /// Limits of a worker for a log.
     fn limits(&self, log: &Location) -> Limits {
         let bytes = source::stat(log).map_or(0, |s| s.size);
         self.asked.limits(bytes, self.jobs, self.pool.setup().what.effort())

@@ -15,7 +15,7 @@ const PAUSES: [Duration; 3] =
 /// Workers, started as they are needed.
 #[derive(Debug)]
 pub(super) struct Pool {
-    /// What starts one: the program and its arguments.
+    /// Command of a worker: the program and its arguments.
     program: Vec<OsString>,
     setup: Setup,
     workers: Mutex<Workers>,
@@ -46,7 +46,7 @@ impl Pool {
         Ok(Pool { program, setup, workers: Mutex::new(workers), changed: Condvar::new() })
     }
 
-    /// What workers know.
+    /// Settings of the workers.
     pub(super) fn setup(&self) -> &Setup {
         &self.setup
     }

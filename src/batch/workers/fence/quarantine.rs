@@ -12,7 +12,7 @@ use crate::store::objects::Location;
 use crate::store::tables::read;
 use crate::store::tables::rows::Rejected;
 
-/// What such logs were rejected with, by the hash of their bytes.
+/// Rejections of such logs, by the hash of their bytes.
 #[derive(Debug, Default)]
 pub(super) struct Quarantine(BTreeMap<String, Rejected>);
 

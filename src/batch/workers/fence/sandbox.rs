@@ -26,7 +26,7 @@ pub(super) fn enter(offline: bool) {
     let _ = offline;
 }
 
-/// What this process still may do, tried: no system says it in a word.
+/// Rights that this process still has, found by trying: no system lists them.
 pub(super) fn rights() -> Vec<String> {
     let writes = tempfile::tempfile().is_ok();
     let connects = std::net::UdpSocket::bind("127.0.0.1:0").is_ok();

@@ -16,7 +16,7 @@ use crate::store::tables::rows::Ident;
 /// Longest head, bytes: the models of a large archive are in one.
 const LONGEST_HEAD: u64 = 1 << 30;
 
-/// What every question to a worker has in common.
+/// Settings of all questions to a worker.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Setup {
     /// The roadbench that asks.
@@ -25,23 +25,23 @@ pub(super) struct Setup {
     pub pipeline: String,
     /// Channel maps: names and texts.
     pub maps: Vec<(String, String)>,
-    /// What is done with each log.
+    /// Work on each log.
     pub what: JobKind,
     /// Whether the worker needs no network.
     pub offline: bool,
 }
 
-/// What a worker is asked, and the memory it may use for it, bytes.
+/// A question to a worker, and the memory that it may use, bytes.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Request<Q> {
     pub memory: u64,
     pub question: Q,
 }
 
-/// What a worker is asked.
+/// Question to a worker.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Question {
-    /// Whose log is this?
+    /// Identify the session of a log.
     Identify { log: Place },
     /// The files of its session.
     Run {
@@ -56,19 +56,19 @@ pub(super) enum Question {
     },
 }
 
-/// What a worker answers, and what it asked of object stores for it.
+/// Answer of a worker, and its requests to object stores.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Response {
     pub answer: Answer,
     pub requests: Counts,
 }
 
-/// What a worker answers.
+/// Answer of a worker.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Answer {
     /// It is ready; what it still may do beyond reading, as it tried.
     Ready { version: String, may: Vec<String> },
-    /// Whose log it is.
+    /// Session, bike and start of the log.
     Identified(Identified),
     /// The files of its session, which are the body, one after the other; behind them, if it was asked for, what else it
     /// gives: so many bytes of JSON.
@@ -86,7 +86,7 @@ pub(super) struct File {
 }
 
 impl Answer {
-    /// What it is, in a word.
+    /// Name of the kind of answer.
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Answer::Ready { .. } => "ready",

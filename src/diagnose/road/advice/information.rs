@@ -15,7 +15,7 @@ use crate::diagnose::road::parameters::{Parameter, Parameters};
 use crate::diagnose::road::problem::{Linear, Problem};
 use crate::diagnose::road::samples::Samples;
 
-/// Standard deviations at which about half of the effects are named.
+/// Standard deviations at which about half of the effects are identified.
 const LIMIT: f64 = 3.3;
 
 /// Curvature of a ride in the base's parameters and the effects, `base` of the first.
@@ -61,8 +61,7 @@ impl Curvature {
         Curvature { matrix: whole - cross.transpose() * inner.solve(&cross) }
     }
 
-    /// What is known of the effects behind the parameters of a base, the first ones, those with their
-    /// priors.
+    /// Information on the effects, whose columns follow those of the nominal parameters; the latter have their priors.
     pub(crate) fn information(&self, base: &[Parameter]) -> Information {
         let (b, p) = (base.len(), self.matrix.nrows());
         let mut inner = self.matrix.view((0, 0), (b, b)).into_owned();
@@ -94,7 +93,7 @@ impl Curvature {
     }
 }
 
-/// What rides know of effects.
+/// Information of rides on effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     matrix: DMatrix<f64>,
@@ -109,7 +108,7 @@ impl Information {
         self.matrix[(j, j)].max(0.0).sqrt()
     }
 
-    /// Smallest size of effect `j` that half of the time is named, in usual ones; infinite where the
+    /// Smallest size of effect `j` that is identified half of the time, in usual ones; infinite where the
     /// ride knows nothing.
     pub fn limit(&self, j: usize) -> f64 {
         LIMIT / self.size(j)

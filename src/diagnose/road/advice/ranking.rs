@@ -26,7 +26,7 @@ const LOGGED: f64 = 100.0;
 /// Longest set, s: a fitted model on which a set does not end is advised without it.
 const LONGEST: f64 = 400.0;
 
-/// What a session knows of the effects, and what it would know after more riding.
+/// Information of a session on the effects, now and after each additional riding.
 #[derive(Debug, Clone)]
 pub struct Advice {
     /// The effects' names, in the order of what is known of them.
@@ -37,7 +37,7 @@ pub struct Advice {
     pub with: Vec<(Set, Information)>,
 }
 
-/// What a set would do for a cause and its rivals, or for an effect that is not seen.
+/// Benefit of a set for a cause and its rivals, or for an effect that is not identifiable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
     /// The set, as the subject of a sentence in the plural.
@@ -49,7 +49,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// Whether rivals are told apart after it.
+    /// Whether rivals are separated after it.
     pub fn resolves(&self) -> bool {
         self.likeness[1] < ALIKE
     }
@@ -66,7 +66,7 @@ impl Change {
 }
 
 impl Advice {
-    /// For a session with these samples and the best model of it, `base` and what was named with it.
+    /// For a session with these samples and the best model of it, `base` and the causes identified with it.
     pub fn new(
         session: &Session,
         samples: &Samples,
@@ -140,7 +140,7 @@ impl Advice {
     }
 }
 
-/// What a ride's samples know of effects, on the best model of it.
+/// Information of a ride's samples on effects, on its best model.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub fn known(samples: &Samples, best: &Base, effects: &[Effect]) -> Information {
     let best = quiet(samples, best);
@@ -151,7 +151,7 @@ fn parameters(effects: &[Effect]) -> Vec<Parameter> {
     BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect()
 }
 
-/// What another session has of its own: how its rider leans, and what its sensors read at rest.
+/// Parameters that differ between sessions: the rider's lean, and the sensors' zeros.
 fn of_a_session() -> Vec<Parameter> {
     let zeros = BASE.iter().filter(|p| p.name.ends_with("_zero")).copied();
     let own = |e: &&Effect| e.level == Level::Session || e.name == "rider_lean";

@@ -40,7 +40,7 @@ pub(crate) fn amend(
                 else {
                     continue;
                 };
-                // null simulations know of more than noise; what more riding gains is the same share of it
+                // fault-free simulations know of more than noise; what more riding gains is the same share of it
                 let limit = calibration.limit(j);
                 let lowered = limit * change.separation[0] / change.separation[1];
                 if lowered < LARGEST_LIMIT {

@@ -18,11 +18,11 @@ const WALK: f64 = 5.6;
 /// Some manoeuvres that could be ridden.
 #[derive(Debug, Clone, Copy)]
 pub struct Set {
-    /// What is recommended, as the subject of a sentence in the plural.
+    /// Name of the riding, as the subject of a sentence in the plural.
     pub words: &'static str,
     /// The riding, from a standstill at heading zero.
     pub phases: fn() -> Vec<Phase>,
-    /// How the rider leans, m of the mass centre per rad of roll: the riding is ridden once with each, in a session
+    /// How the rider leans, m of the centre of mass per rad of roll: the riding is ridden once with each, in a session
     /// of its own. Nothing: as in the session.
     pub leans: &'static [f64],
 }
@@ -82,7 +82,7 @@ pub fn after(set: &Set, heading: f64) -> Vec<Phase> {
     phases
 }
 
-/// The same riding with a rider who leans by so much (m/rad) on a mass centre of a height (m): as fast round the same
+/// The same riding with a rider who leans by so much (m/rad) on a centre of mass of a height (m): as fast round the same
 /// bends, in which the motorcycle leans less the more he hangs off.
 pub fn leaning(phases: Vec<Phase>, by: f64, height: f64) -> Vec<Phase> {
     let share = height / (height + by);
@@ -199,7 +199,7 @@ fn quick() -> Vec<Phase> {
 
 fn coasts() -> Vec<Phase> {
     let mut phases = Vec::new();
-    // fast and slow, each there and back: what goes with speed is told from what does not
+    // fast and slow, each there and back: effects of speed are separated from others
     for k in 0..10 {
         let (to, until) = if k < 4 { (110.0 / 3.6, 20.0) } else { (30.0 / 3.6, 4.2) };
         phases.extend([

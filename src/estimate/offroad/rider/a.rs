@@ -1,7 +1,7 @@
 //! Rider A: a mass on the springs and dampers of arms and legs, integrated (Vasquez et al. 2019,
 //! eqs. 7 and 8; the equations behind the words as in the book, Off the road, section 9).
 //!
-//! The state is taken relative to the chassis, `[x', z', x, z]` of the rider's mass centre less
+//! The state is taken relative to the chassis, `[x', z', x, z]` of the rider's centre of mass less
 //! that of the chassis: its accelerations alone drive it, nothing drifts. Runge-Kutta of fourth
 //! order with the motion between two samples by cubics.
 //!
@@ -34,9 +34,9 @@ pub struct Standing {
     body: Body,
     peg: [f64; 2],
     bar: [f64; 2],
-    /// Legs.
+    /// Limb between pegs and hip.
     pub leg: Limb,
-    /// Arms.
+    /// Limb between handlebar and shoulder.
     pub arm: Limb,
 }
 
@@ -138,7 +138,7 @@ impl Standing {
         stiffness.symmetric_eigenvalues().min() / self.body.mass
     }
 
-    /// Stiffness of both limbs against motion of the mass centre, N/m.
+    /// Stiffness of both limbs against motion of the centre of mass, N/m.
     fn stiffness(&self, mu: f64, place: [f64; 2]) -> Matrix2<f64> {
         let limb = |point: [f64; 2], joint: [f64; 2], k: f64, natural: f64| {
             let p = turned(point, mu.sin_cos());

@@ -43,7 +43,7 @@ pub struct Base<'a> {
     pub mu: &'a [f64],
     /// Pitch rate, rad/s.
     pub mud: &'a [f64],
-    /// Acceleration of the chassis' mass centre forward, m/s².
+    /// Acceleration of the centre of mass of the chassis forward, m/s².
     pub xdd: &'a [f64],
     /// The same down, m/s².
     pub zdd: &'a [f64],
@@ -125,7 +125,7 @@ impl Config {
     /// Checks the settings.
     ///
     /// # Errors
-    /// A sentence that names the key.
+    /// Error text that names the key.
     pub fn check(&self) -> Result<(), KeyError> {
         for (key, value, low, high) in [
             ("cut_off", self.cut_off, 0.05, 50.0),

@@ -10,7 +10,7 @@ use crate::ingest::error::Error;
 use crate::ingest::motion::track;
 use crate::ingest::raw::Track;
 
-/// Stamps beyond this are of no clock that a map reads rightly: the year 2199, s.
+/// Stamps beyond this are of no clock that a map reads correctly: the year 2199, s.
 const LAST_YEAR: f64 = 7.3e9;
 /// So far the motion may be off before the clock is doubted: less may be the unit of the speed.
 const OFF: f64 = 7.0;

@@ -108,7 +108,7 @@ pub(crate) fn usual_step(stamps: &[f64]) -> Option<f64> {
 /// The unit of a clock.
 ///
 /// # Errors
-/// A sentence: the stamps contradict the motion in every unit, or no unit gives a rate that a logger has.
+/// The stamps contradict the motion in every unit, or no unit gives a rate that a logger has.
 pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
     let said = known.said.and_then(|u| Some((u, units::conversion(u, "s").ok()?.factor)));
     let agrees = |factor: f64| {

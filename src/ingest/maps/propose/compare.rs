@@ -44,6 +44,11 @@ pub fn compare(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> Comp
     out
 }
 
+/// What a map that was fitted to a log makes of its channels: their places, and the columns.
+pub(crate) fn claims(map: &ChannelMap, listing: &Listing) -> Vec<(usize, Channel)> {
+    map.entries.iter().filter_map(|e| Some((place(e, listing)?, quantity(e.channel)))).collect()
+}
+
 /// Whether an entry is sure but for its radius, or for which of two units it has.
 fn sure(verdicts: &Verdicts, channel: Channel) -> Option<&Verdict> {
     let but = |e: &Verdict| e.doubt.is_none() || motion::lacks_radius(e) || e.of_two_units();
@@ -93,11 +98,29 @@ fn judge(
         // what no motion knows stays as it is; an inertial unit's channels are no column's by themselves
         let imu = channel.name().starts_with("imu_");
         let still = verdicts.constant.contains(&source);
+        if let Some(twin) = twin(quantity) {
+            let is_twin = |e: &&Verdict| e.channel == twin && e.source == source && e.confirmed;
+            if let Some(is) = verdicts.entries.iter().find(is_twin).filter(|e| e.doubt.is_none()) {
+                let guess = verdicts.entries.iter().find(|e| e.channel == quantity).cloned();
+                find(
+                    Wrong::Kind,
+                    format!("`{name}` is {twin} ({})", is.why.join("; ")),
+                    // a guess only: it is commented out
+                    guess.map(|g| g.doubted("the motion does not tell which channel it is")),
+                );
+                return true;
+            }
+        }
         let Some(why) = verdicts.left_out(source).filter(|_| !still && !imu) else { return false };
         find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };
-    let only_part = motion::lacks_radius(own) || own.untimed() || own.of_two_units();
+    let chosen = own.or_unit.as_deref().is_some_and(|unit| is_in(entry, unit));
+    let only_part = own.or_unit.is_some()
+        || motion::lacks_radius(own)
+        || own.untimed()
+        || own.of_two_units()
+        || own.is_one_of_several();
     if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !only_part) {
         find(Wrong::Kind, format!("`{name}`: {doubt}"), None);
         return true;
@@ -107,7 +130,7 @@ fn judge(
     }
     let right = Some(kept(own, entry));
     let mut wrong = false;
-    if let Some(ratio) = factor(entry, own) {
+    if let Some(ratio) = factor(entry, own).filter(|_| !chosen) {
         if ratio.abs().ln().abs() > UNIT.ln() {
             let message = format!(
                 "its factor is {ratio:.4} times what the motion asks for, as of {}: {}",
@@ -144,8 +167,34 @@ fn kept(verdict: &Verdict, entry: &Entry) -> Verdict {
         .doubt
         .clone()
         .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()))
-        .filter(|_| !(verdict.untimed() || verdict.of_two_units()));
+        .filter(|_| !(verdict.untimed() || verdict.of_two_units() || verdict.is_one_of_several()));
     Verdict { channel: entry.channel, radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
+}
+
+/// The column that a column is taken for: the other wheel's, the other brake's, the other angle of a place.
+fn twin(channel: Channel) -> Option<Channel> {
+    use Channel::*;
+    const PAIRS: [[Channel; 2]; 3] = [
+        [WheelSpeedFront, WheelSpeedRear],
+        [BrakePressureFront, BrakePressureRear],
+        [Latitude, Longitude],
+    ];
+    let of = |[a, b]: [Channel; 2]| match channel {
+        c if c == a => Some(b),
+        c if c == b => Some(a),
+        _ => None,
+    };
+    PAIRS.into_iter().find_map(of)
+}
+
+/// Whether an entry of a spin, without a radius, has about the factor of a unit.
+fn is_in(entry: &Entry, unit: &str) -> bool {
+    let right = units::conversion(unit, si_unit(entry.channel));
+    let is = |factor: f64| {
+        let ratio = entry.to_si.factor / factor;
+        ratio > 0.0 && ratio.ln().abs() < UNIT.ln()
+    };
+    entry.radius.is_none() && right.is_ok_and(|c| is(c.factor))
 }
 
 /// What a column is in the verdicts: the smoother of an inertial unit takes speed and course under names of its own.
@@ -187,4 +236,67 @@ fn common_shift(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> f64
         .unwrap_or(0.0);
     // errors of the measured delays are no shift
     if middle.abs() < LATE { 0.0 } else { middle }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ingest::formats::listing::SourceChannel;
+
+    fn wheels(map: &str, front: Verdict) -> Comparison {
+        let channel = |name: &str| SourceChannel { name: name.into(), ..SourceChannel::default() };
+        let listing = Listing { channels: ["a", "b"].map(channel).to_vec(), ..Listing::default() };
+        let rear = Verdict {
+            confirmed: true,
+            ..Verdict::new(Channel::WheelSpeedRear, 1, "rad/s").because("r = 1")
+        };
+        let verdicts = Verdicts { entries: vec![front, rear], ..Verdicts::default() };
+        let head = "name = \"m\"\nformat = \"csv\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n";
+        let text = format!("{head}{map}");
+        compare(&ChannelMap::parse(&text, "m").expect(&text), &listing, &verdicts)
+    }
+
+    /// Of a front wheel whose numbers are km/h or rad/s.
+    fn front() -> Verdict {
+        Verdict {
+            confirmed: true,
+            or_unit: Some("rad/s".into()),
+            radius: Some(0.3),
+            ..Verdict::new(Channel::WheelSpeedFront, 0, "km/h").doubted("km/h as well as rad/s")
+        }
+    }
+
+    #[test]
+    fn a_choice_between_two_units_is_the_maps() {
+        let of = |unit: &str| {
+            let map = format!("[channel.wheel_speed_front]\nfrom = \"a\"\nunit = \"{unit}\"\n");
+            wheels(&map, front())
+        };
+        assert_eq!(of("rad/s").agree, [Channel::WheelSpeedFront]);
+        let surface = "[channel.wheel_speed_front]\nfrom = \"a\"\nunit = \"km/h\"\nradius = 0.31\n";
+        assert_eq!(wheels(surface, front()).agree, [Channel::WheelSpeedFront]);
+        let none = of("rpm");
+        let [finding] = none.findings.as_slice() else { panic!("{:?}", none.findings) };
+        assert_eq!(finding.wrong, Wrong::Unit, "no unit of the two");
+        assert!(finding.mended.as_ref().is_some_and(|v| v.doubt.is_some()), "a guess only");
+        // one of several of that name: the map chooses
+        let several = Verdict {
+            confirmed: true,
+            ..Verdict::new(Channel::WheelSpeedFront, 0, "rad/s")
+                .doubted("there is more than one such channel: `a`, `c`")
+        };
+        let map = "[channel.wheel_speed_front]\nfrom = \"a\"\nunit = \"rad/s\"\n";
+        assert_eq!(wheels(map, several).agree, [Channel::WheelSpeedFront]);
+    }
+
+    /// A map that feeds the front wheel's column from what is surely the rear wheel.
+    #[test]
+    fn the_other_wheel_is_no_front_wheel_though_which_is_it_shows_not() {
+        let map = "[channel.wheel_speed_front]\nfrom = \"b\"\nunit = \"rad/s\"\n";
+        let found = wheels(map, front());
+        let [finding] = found.findings.as_slice() else { panic!("{:?}", found.findings) };
+        assert_eq!((finding.channel, finding.wrong), (Channel::WheelSpeedFront, Wrong::Kind));
+        assert!(finding.message.contains("`b` is wheel_speed_rear"), "{}", finding.message);
+        assert!(finding.mended.as_ref().is_some_and(|v| v.doubt.is_some()), "a guess only");
+    }
 }

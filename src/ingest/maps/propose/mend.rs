@@ -10,7 +10,7 @@ use crate::ingest::formats::listing::Listing;
 use crate::ingest::maps::units;
 
 /// A map's text with the contradicted keys corrected, each under a comment that says why; what else is written in it
-/// stays. What is of another channel, or of no unit that is known, is commented out and not lost.
+/// stays, and so do its line ends. What is of another channel, or of no unit that is known, is commented out and not lost.
 pub fn mend(text: &str, listing: &Listing, findings: &[Finding]) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (k, finding) in findings.iter().enumerate() {
@@ -22,7 +22,29 @@ pub fn mend(text: &str, listing: &Listing, findings: &[Finding]) -> String {
         let new = mended(&lines[range.clone()], &all, listing);
         lines.splice(range, new);
     }
-    lines.join("\n") + "\n"
+    let end = if text.contains("\r\n") { "\r\n" } else { "\n" };
+    lines.join(end) + end
+}
+
+/// The columns whose entries [`mend`] comments out instead of correcting them.
+pub(crate) fn taken_out(text: &str, findings: &[Finding]) -> Vec<Channel> {
+    let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut out: Vec<Channel> = Vec::new();
+    for finding in findings {
+        let is_in_reach = table(&lines, finding.channel).is_some();
+        if is_in_reach && right(findings, finding.channel).is_none() {
+            out.push(finding.channel);
+        }
+    }
+    out.dedup();
+    out
+}
+
+/// The entry that would be right of a column, where it is sure: the last finding's, as its delay is that of the map's
+/// other channels.
+fn right(findings: &[Finding], channel: Channel) -> Option<&Verdict> {
+    let last = findings.iter().rfind(|f| f.channel == channel)?;
+    last.mended.as_ref().filter(|v| v.doubt.is_none())
 }
 
 /// The columns with findings that a map has in no table of their own: they are out of the reach of [`mend`].
@@ -239,6 +261,10 @@ mod tests {
             .replace("[channel.roll]\n", "[channel.roll]\n# mended, wrong sign: seen\n")
             .replace("scale = 1.02\n", "scale = 1.02\nsign = -1\n");
         assert_eq!(text, wanted);
+        // an editor of another system ends lines its way
+        let right = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
+        let text = mend(&HAND.replace('\n', "\r\n"), &listing(), &[right]);
+        assert_eq!(text, wanted.replace('\n', "\r\n"));
         // a sign that stands there is turned, and its comment kept
         let turned = HAND.replace("scale = 1.02", "sign = -1 # upside down");
         let right = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", 1.0));
@@ -286,6 +312,9 @@ mod tests {
         assert!(text.contains(out) && text.contains("# scale = 1.02\n\n# the brake\n"), "{text}");
         let inline = "channel.roll = { from = \"Roll\" }\n";
         assert!(out_of_reach(HAND, std::slice::from_ref(&wrong)).is_empty());
+        assert_eq!(taken_out(HAND, std::slice::from_ref(&wrong)), [Channel::Roll]);
+        let sure = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
+        assert!(taken_out(HAND, &[sure]).is_empty());
         assert_eq!(out_of_reach(inline, std::slice::from_ref(&wrong)), [Channel::Roll]);
         assert_eq!(mend(inline, &listing(), &[wrong]), inline);
         assert_eq!(apart(" \"a # \\\" b\" # c"), ("\"a # \\\" b\"", "# c"));

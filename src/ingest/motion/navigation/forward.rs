@@ -152,7 +152,7 @@ impl<'a> Problem<'a> {
     /// A log in its body axes.
     ///
     /// # Errors
-    /// A sentence: no stretch of it can be begun.
+    /// No stretch of it can be begun.
     pub(super) fn new(log: &'a Log, alignment: &Alignment) -> Result<(Self, Begin), Fault> {
         let sign = if alignment.reversed { -1.0 } else { 1.0 };
         let turned = |x: &[Vec<f64>; 3], sign: f64| -> Vec<Vector3<f64>> {

@@ -32,7 +32,7 @@ pub struct Log {
     pub wheels: [Option<Vec<f64>>; 2],
     /// Another sensor's lean, rad.
     pub lean: Option<Vec<f64>>,
-    /// From the unit to the mass centre, main frame, m; where it is not known the outputs are the unit's own.
+    /// From the unit to the centre of mass, main frame, m; where it is not known the outputs are the unit's own.
     pub arm: Option<[f64; 3]>,
     /// Standard deviation of each part of it, m.
     pub arm_sd: f64,

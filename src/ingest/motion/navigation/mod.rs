@@ -1,5 +1,5 @@
 //! From an inertial unit that is fixed to the frame any way round, and a satellite receiver, to the
-//! level frame: attitude, velocity and acceleration of the mass centre, each with a standard deviation.
+//! level frame: attitude, velocity and acceleration of the centre of mass, each with a standard deviation.
 //!
 //! ```text
 //! Log -> alignment: mounting, sign, delay, by straight running         (align)

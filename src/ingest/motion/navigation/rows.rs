@@ -11,9 +11,9 @@ use super::state::{
 use super::strapdown::gravity;
 use crate::GRAVITY;
 
-/// Mass centre above the road, m, for what depends on it weakly.
+/// Centre of mass above the road, m, for what depends on it weakly.
 const HEIGHT: f64 = 0.6;
-/// Mass centre from the rear wheel, m, likewise.
+/// Centre of mass from the rear wheel, m, likewise.
 const TO_REAR: f64 = 0.7;
 /// Wheelbase, m, likewise.
 const WHEELBASE: f64 = 1.4;
@@ -74,7 +74,7 @@ pub(super) struct Measurement {
     pub force: Vector3<f64>,
     /// How much later than the step it was taken, s, but for the state's delay.
     pub ahead: f64,
-    /// Mass centre from the unit, main frame, m.
+    /// Centre of mass from the unit, main frame, m.
     pub arm: Vector3<f64>,
 }
 
@@ -200,7 +200,7 @@ impl Measurement {
         state.frame().inverse() * (state.attitude * state.rate(&self.rate))
     }
 
-    /// The contact runs outside the mass centre, on a radius that shrinks with the lean.
+    /// The contact runs outside the centre of mass, on a radius that shrinks with the lean.
     fn wheel(&self, state: &State, k: usize) -> f64 {
         let [speed, _] = velocity(state, &self.rate, &self.arm);
         let angles = roll_pitch(&state.frame());

@@ -10,8 +10,8 @@ pub(crate) fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
-/// `m v`. Written out, as the next two, with the same order of sums: nalgebra's own goes through strided loops that are not
-/// unrolled, a third of a simulation's time.
+/// `m v`. Written out, as the next two, with the same order of sums: nalgebra's own goes through strided loops that are
+/// not unrolled, a third of a simulation's time.
 #[inline]
 pub(crate) fn times(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let row = |r: usize| m[(r, 0)] * v.x + m[(r, 1)] * v.y + m[(r, 2)] * v.z;
@@ -154,14 +154,14 @@ impl std::ops::Mul<f64> for Force {
 pub struct Rigid {
     /// kg.
     pub mass: f64,
-    /// Mass centre, m.
+    /// Centre of mass, m.
     pub centre: Vector3<f64>,
     /// About the origin, kg m².
     pub about_origin: Matrix3<f64>,
 }
 
 impl Rigid {
-    /// From the inertia about the mass centre.
+    /// From the inertia about the centre of mass.
     pub fn new(mass: f64, centre: Vector3<f64>, about_centre: Matrix3<f64>) -> Self {
         let c = skew(&centre);
         Rigid { mass, centre, about_origin: about_centre - c * c * mass }

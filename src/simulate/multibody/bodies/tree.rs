@@ -285,7 +285,7 @@ impl Tree {
         self.base.mass + self.bodies.iter().map(|b| b.inertia.mass).sum::<f64>()
     }
 
-    /// Mass centre in the world, after [`Tree::kinematics`].
+    /// Centre of mass in the world, after [`Tree::kinematics`].
     pub fn centre(&self, work: &Work) -> Vector3<f64> {
         let sum: Vector3<f64> = (0..work.links.len())
             .map(|i| {

@@ -162,7 +162,7 @@ fn account(log: &Log<'_>, motion: &Motion, brakes: &mut [Brake]) {
     }
 }
 
-/// Puts the front brake first; the doubt if that cannot be told, and what decided.
+/// Puts the front brake first; the doubt if the evidence does not decide, and the evidence.
 fn front_of(log: &Log<'_>, order: &mut [Option<Brake>]) -> (Option<String>, Vec<String>) {
     let [Some(a), Some(b)] = order else { return (None, Vec::new()) };
     let (a, b) = (a.clone(), b.clone());

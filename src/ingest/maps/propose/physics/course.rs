@@ -51,7 +51,8 @@ pub(super) fn course(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
         };
         let late = delay(&reference, &turn);
         let shifted = earlier(&turn, late.map_or(0.0, |d| d.value));
-        let found = line(&reference, &shifted).filter(|l| l.r.abs() > 0.9);
+        let together = line(&reference, &shifted);
+        let found = together.filter(|l| l.r.abs() > 0.9);
         let said = found.and_then(|l| Some((l, unit_of(own, "rad", &ANGLES, l.slope, 0.1)?)));
         match said {
             Some((l, unit)) => {
@@ -81,10 +82,11 @@ pub(super) fn course(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
                 first = false;
             }
             None => {
-                out.left.push((
-                    place,
-                    format!("named like yaw, but it does not turn with {}", motion.turn_from),
-                ));
+                let seen = match together {
+                    Some(l) => format!("r = {:.2} between its turn and that of", l.r),
+                    None => "too little turns to hold it against".to_owned(),
+                };
+                out.left.push((place, format!("named like yaw, but {seen} {}", motion.turn_from)));
                 continue;
             }
         }

@@ -22,6 +22,8 @@ pub(crate) struct Log<'a> {
     pub(crate) signals: Vec<Option<Signal>>,
     /// The words of the channels' names.
     words: Vec<Vec<String>>,
+    /// What a map makes of channels whose names say nothing: their places, and the columns.
+    claims: Vec<(usize, Channel)>,
     clock: Clock,
     /// What was seen of the samples.
     pub(crate) remarks: Vec<String>,
@@ -32,7 +34,19 @@ impl<'a> Log<'a> {
     pub(crate) fn new(channels: &'a [SourceChannel], clock: Clock) -> Self {
         let words = channels.iter().map(|c| words(units::of_name(&c.name).0)).collect();
         let signals = channels.iter().map(|_| None).collect();
-        Log { channels, signals, words, clock, remarks: Vec::new() }
+        Log { channels, signals, words, claims: Vec::new(), clock, remarks: Vec::new() }
+    }
+
+    /// Takes what a map makes of channels (their places) as names; a channel whose own name says something keeps that.
+    pub(crate) fn claimed(mut self, claims: &[(usize, Channel)]) -> Self {
+        let unnamed = |(place, _): &&(usize, Channel)| !self.is_named(*place);
+        self.claims = claims.iter().filter(unnamed).copied().collect();
+        self
+    }
+
+    /// Whether only a map says what a channel is.
+    pub(crate) fn is_claimed(&self, place: usize) -> bool {
+        self.claims.iter().any(|(p, _)| *p == place)
     }
 
     /// Takes the samples of the channels from a place on; what only repeats a receiver's fix is none.
@@ -133,6 +147,9 @@ impl<'a> Log<'a> {
         if self.channels[place].name == channel.name() {
             return Some(100);
         }
+        if self.claims.contains(&(place, channel)) {
+            return Some(1);
+        }
         RULES.iter().find(|r| r.channel == channel)?.score(&self.words[place])
     }
 
@@ -145,9 +162,9 @@ impl<'a> Log<'a> {
         found.into_iter().map(|f| f.1).collect()
     }
 
-    /// Whether a name is like that of any column.
+    /// Whether a name is like that of any column, or a map says what the channel is.
     pub(crate) fn is_named(&self, place: usize) -> bool {
-        RULES.iter().any(|r| self.score(place, r.channel).is_some())
+        self.is_claimed(place) || RULES.iter().any(|r| self.score(place, r.channel).is_some())
     }
 
     /// Whether a word is in a channel's name.

@@ -14,6 +14,7 @@
 
 mod accelerations;
 mod brakes;
+mod calculated;
 mod controls;
 mod course;
 mod delay;

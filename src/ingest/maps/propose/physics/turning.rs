@@ -4,6 +4,7 @@
 //! (1)  yaw rate = d(course)/dt        (2)  tan(roll) = -v r / g
 //! ```
 
+use super::calculated;
 use super::course::{BY_POSITION, course};
 use super::delay::{Delay, delay};
 use super::log::{Log, unit_of};
@@ -32,6 +33,9 @@ pub(super) const LEADS: f64 = 0.02;
 const TOO_PERFECT: f64 = 0.045;
 /// ... and is as large within this: tyres are wide, and a measured lean is 2.5 to 7 % larger.
 const AS_LARGE: f64 = 0.02;
+
+/// A lean that is not larger than this share of what the turn asks for may be calculated.
+const LARGER: f64 = 1.015;
 
 /// A lean that says more than this upright is not counted from there, deg: no sensor is mounted that badly ...
 const COUNTED: f64 = 25.0;
@@ -339,10 +343,24 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
                 "by its name it is calculated: it is no measurement ({:.1} % off v x turn / g)",
                 100.0 * off
             ));
+        } else if let Some((name, off)) = calculated::lateral(log, place, factor)
+            && size < 1.0 + AS_LARGE
+        {
+            v = v.doubted(format!(
+                "it is atan(`{name}` / g) within {:.1} %: no measurement, it is calculated of that",
+                100.0 * off
+            ));
         } else if off < TOO_PERFECT && (size - 1.0).abs() < AS_LARGE {
             v = v.doubted(format!(
                 "it agrees with atan(v x turn / g) within {:.1} %: too perfect for a measurement, it is calculated", 100.0 * off
             ));
+        } else if size / (l.r * l.r) < LARGER {
+            // by r, as an error of the turn makes the lean look smaller
+            v.confirmed = false;
+            v = v.doubted(
+                "no larger than the turn asks for, where a measured lean is 2.5 to 7 % larger (tyres are wide): it may be \
+                 calculated; put it in force if an inertial unit measures it",
+            );
         } else {
             v = v.because(format!("off it by {:.1} %: measured", 100.0 * off));
         }

@@ -10,6 +10,9 @@ pub(crate) const UNTIMED: &str =
 pub(crate) const PRESSURE: &str =
     "the log says another unit than its deceleration suits: which one is it? put it in";
 
+/// What the doubt of a channel begins with that is one of several of that name.
+pub(crate) const SEVERAL: &str = "there is more than one such channel";
+
 /// The doubt of a channel whose unit the log gives, but nobody knows: it is not taken for a channel without one.
 pub(super) fn unknown(unit: &str) -> String {
     format!(
@@ -34,6 +37,8 @@ pub struct Verdict {
     pub offset: f64,
     /// 1 or -1.
     pub sign: f64,
+    /// Another unit that the numbers suit as well: only the owner knows which it is.
+    pub or_unit: Option<String>,
     /// Radius that turns a surface speed into spin, m: of the bike file, or a stand-in.
     pub radius: Option<f64>,
     /// How late it is after the earliest of all, s.
@@ -70,6 +75,7 @@ impl Verdict {
             unit: unit.to_owned(),
             offset: 0.0,
             sign: 1.0,
+            or_unit: None,
             radius: None,
             delay: 0.0,
             delay_error: None,
@@ -83,6 +89,11 @@ impl Verdict {
     pub fn because(mut self, why: impl Into<String>) -> Self {
         self.why.push(why.into());
         self
+    }
+
+    /// Whether only a choice among several such channels is open, which a map makes.
+    pub fn is_one_of_several(&self) -> bool {
+        self.doubt.as_deref().is_some_and(|d| d.starts_with(SEVERAL))
     }
 
     /// Whether only its delay is not sure.

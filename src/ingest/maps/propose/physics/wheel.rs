@@ -43,7 +43,11 @@ pub(super) fn entry(
             .abs();
             let v = with_radius(verdict(&unit.name), &unit, speed, radius);
             // both would do, but loggers' circumferences are right within a few per cent
-            if near < 0.03 || surely_surface { v } else { v.doubted(doubt) }
+            if near < 0.03 || surely_surface {
+                v
+            } else {
+                Verdict { or_unit: Some(other.to_owned()), ..v.doubted(doubt) }
+            }
         }
         (Some(unit), _) => with_radius(verdict(&unit.name), &unit, speed, radius),
         (None, _) => spinning(verdict, speed, own.or(spin), radius),
