@@ -22,6 +22,10 @@ use crate::tyre::dive::PITCH_GYRATION;
 use crate::tyre::paper::trail_0;
 use crate::tyre::tyre_model::load_lead;
 
+/// Keys of the bike file: place of the accelerometer, m ahead of and above the centre of mass.
+pub(crate) const UNIT_AHEAD: &str = "sensors.acceleration_x";
+pub(crate) const UNIT_ABOVE: &str = "sensors.acceleration_z";
+
 macro_rules! quantities {
     ($($(#[$doc:meta])* $name:ident,)+) => {
         /// A number of motorcycle or sensors that the fit may move, by its place in [`Quantities`].
@@ -175,6 +179,8 @@ impl<'a> InverseDynamics<'a> {
             (Quantity::Sag, SAG),
             (Quantity::Fork, COMPRESSION[0]),
             (Quantity::Swing, COMPRESSION[1]),
+            (Quantity::UnitAbove, bike.value(UNIT_ABOVE).unwrap_or(0.0)),
+            (Quantity::UnitBehind, -bike.value(UNIT_AHEAD).unwrap_or(0.0)),
         ] {
             start[quantity] = value;
         }

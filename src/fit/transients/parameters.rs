@@ -2,7 +2,10 @@
 
 use super::columns::Columns;
 use super::config::Config;
-use super::motion::{InverseDynamics, PRODUCT, Quantities, Quantity, ROLL_GYRATION, YAW_GYRATION};
+use super::motion::{
+    InverseDynamics, PRODUCT, Quantities, Quantity, ROLL_GYRATION, UNIT_ABOVE, UNIT_AHEAD,
+    YAW_GYRATION,
+};
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::Inputs;
 use crate::estimate::zeros::Zeros;
@@ -43,6 +46,8 @@ const UNIT_PITCH: [f64; 2] = [0.008, 0.03];
 const SENSOR_DELAY: f64 = 0.003;
 /// Standard deviations of the accelerometer's place, behind and above the centre of mass, m.
 const UNIT_PLACE: [f64; 2] = [0.01, 0.03];
+/// Least standard deviation of a place that was measured, m.
+const MEASURED_PLACE: f64 = 0.005;
 /// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
 const LEAST_INERTIA: [f64; 2] = [0.05, 0.1];
 
@@ -102,6 +107,11 @@ impl Prior {
     }
 }
 
+/// Standard deviation of the accelerometer's place, m: `usual` where the bike file does not give the place.
+fn place_sd(bike: &Bike, key: &str, usual: f64) -> f64 {
+    bike.value(key).map_or(usual, |_| bike.deviation(key).max(MEASURED_PLACE))
+}
+
 /// Standard deviation of a quantity before the ride and what its error is called; none of what is exact.
 fn known(
     quantity: Quantity,
@@ -125,8 +135,8 @@ fn known(
         Quantity::CgHeight => of_key("cg_height", 0.0),
         Quantity::Wheelbase => of_key("wheelbase", 0.002),
         Quantity::CasterAngle => of_key("caster_angle", 0.01),
-        Quantity::UnitAbove => shared("unit_above", UNIT_PLACE[1]),
-        Quantity::UnitBehind => shared("unit_behind", UNIT_PLACE[0]),
+        Quantity::UnitAbove => shared("unit_above", place_sd(bike, UNIT_ABOVE, UNIT_PLACE[1])),
+        Quantity::UnitBehind => shared("unit_behind", place_sd(bike, UNIT_AHEAD, UNIT_PLACE[0])),
         Quantity::VelocityAhead => shared("velocity_ahead", 0.005),
         Quantity::FrontCrown => shared("front_crown", 0.1 * start[quantity]),
         Quantity::RearCrown => shared("rear_crown", 0.1 * start[quantity]),
