@@ -41,8 +41,11 @@ const sideBand = (t, angle, gamma, load, mu) => {
 };
 // friction is fitted to straight-line braking
 const upright = s => Math.abs(s.gamma) < 0.09;
+// how friction changes with load is assumed: far from the loads of braking nothing bounds it
+const bounded = (t, s) => within(s.load, t.ridden.bounded);
+const FAR = "far from the loads under which the wheel was braked";
 const slipBand = (t, slip, s) => {
-  const b = !upright(s) ? null : t.off("friction", slip * t.stiffer(s.load) / s.mu);
+  const b = !upright(s) || !bounded(t, s) ? null : t.off("friction", slip * t.stiffer(s.load) / s.mu);
   return b && [b.low, b.high].map(size => size * s.load * s.mu);
 };
 const within = (value, ends) => ends != null && value >= ends[0] - 1e-9 && value <= ends[1] + 1e-9;
@@ -56,6 +59,7 @@ const VIEWS = {
   longitudinal: {
     x: { label: "slip ratio", unit: "%" }, y: { label: "longitudinal force Fx", unit: "N" }, range: [-40, 20], needs: "longitudinal",
     value: (t, x, s) => t.forces(x / 100, 0, s.gamma, s.load, s.mu)[0], band: (t, x, s) => slipBand(t, x / 100, s),
+    why: (t, s) => bounded(t, s) ? "" : FAR,
     ridden: (t, x, s) => asRidden(t, s) && upright(s) && slipRidden(t, x / 100), uses: ["load", "camber", "mu"],
   },
   lateral: {
@@ -111,7 +115,7 @@ const ellipseOf = (t, s) => {
     }
   });
   for (let i = 0; i <= 120; i++) rim.push({ x: most * Math.cos(i * Math.PI / 60), y: most * Math.sin(i * Math.PI / 60), low: null, high: null, ridden: false });
-  const known = radiusKnown(t) && most > 0;
+  const known = radiusKnown(t) && bounded(t, s) && most > 0;
   return [...curves, { name: "friction circle", points: rim, rim: true, ring: known ? [most - t.peak[0] * s.mu * s.load, most + t.peak[1] * s.mu * s.load].map(r => r / most) : null }];
 };
 
@@ -212,7 +216,7 @@ const hover = () => {
     for (const { tyre } of shown) {
       const y = view.value(tyre, x, s), b = view.band(tyre, x, s);
       rows.push([tyre.name, withUnit(y, yr, view.y)]);
-      rows.push(b ? ["  95 % interval", `${figure(y - b[0], yr)} to ${withUnit(y + b[1], yr, view.y)}`] : ["  no interval here", view.ridden(tyre, x, s) ? "" : "not ridden"]);
+      rows.push(b ? ["  95 % interval", `${figure(y - b[0], yr)} to ${withUnit(y + b[1], yr, view.y)}`] : ["  no interval here", (view.why && view.why(tyre, s)) || (view.ridden(tyre, x, s) ? "" : "not ridden")]);
     }
   } else {
     const x = u.posToVal(left, "x"), y = u.posToVal(top, "y");
@@ -260,20 +264,22 @@ const peakOf = (t, s) => {
   }
   return [slip, -least];
 };
+// why a longitudinal force has no interval at a slip
+const unbounded = (t, slip, s) => !upright(s) ? "braking while leant was not ridden" : !bounded(t, s) ? FAR : slipRidden(t, slip) ? "" : "beyond the slips that were braked";
 const NUMBERS = [
   ["Largest braking force, N", "longitudinal", (t, s) => {
     const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
-    return [force, b && [b[1], b[0]], 0, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
+    return [force, b && [b[1], b[0]], 0, unbounded(t, slip, s)];
   }],
   ["That force over the load", "longitudinal", (t, s) => {
     const [slip, force] = peakOf(t, s), b = slipBand(t, slip, s);
-    return [force / s.load, b && [b[1] / s.load, b[0] / s.load], 3, !upright(s) ? "braking while leant was not ridden" : slipRidden(t, slip) ? "" : "beyond the slips that were braked"];
+    return [force / s.load, b && [b[1] / s.load, b[0] / s.load], 3, unbounded(t, slip, s)];
   }],
   ["Slip there, %", "longitudinal", (t, s) => {
     if (t.peak_slip == null) return [null, null, 1, "the peak was not reached"];
     // a slip counts as more under more load, and as less on a road of more friction
-    const per = 100 * s.mu / t.stiffer(s.load), ends = upright(s) ? t.peak_slip_ends : null;
-    const why = t.peak_slip ? "braking while leant was not ridden" : "poorly determined";
+    const per = 100 * s.mu / t.stiffer(s.load), ends = upright(s) && bounded(t, s) ? t.peak_slip_ends : null;
+    const why = !t.peak_slip ? "poorly determined" : upright(s) ? FAR : "braking while leant was not ridden";
     return [-100 * peakOf(t, s)[0], ends && ends.map(size => size * per), 1, why, ends && !t.peak_slip ? why : ""];
   }],
   ["Cornering stiffness, N per degree of slip angle", "lateral", (t, s) => stiffness(t, s, 1, "stiffness")],
@@ -285,8 +291,8 @@ const NUMBERS = [
     return [y, sideBand(t, 0, s.gamma, s.load, s.mu), 0, why];
   }],
   ["Radius of the friction circle, N", "longitudinal", (t, s) => {
-    const bySide = Math.abs(t.parameters.mf_d) < t.parameters.lateral_peak, known = radiusKnown(t);
-    const why = bySide ? "by the side force that was ridden" : "the peak friction is poorly determined";
+    const bySide = Math.abs(t.parameters.mf_d) < t.parameters.lateral_peak, known = radiusKnown(t) && bounded(t, s);
+    const why = bySide ? "by the side force that was ridden" : radiusKnown(t) ? FAR : "the peak friction is poorly determined";
     return [t.circle(s.mu) * s.load, known ? t.peak.map(size => size * s.mu * s.load) : null, 0, why];
   }],
 ];
@@ -330,10 +336,11 @@ const refresh = () => {
     if (why) missing.push(why);
     o.curves = why ? [] : view.value ? curveOf(o.tyre, view, s) : ellipseOf(o.tyre, s);
   });
+  const why = shown.filter(o => view.why && !lacks(o.tyre, view) && view.why(o.tyre, s)).map(o => o.tyre.name);
   at("missing").textContent = unknown + missing.join(" ");
   unknown = "";
   at("caption").textContent = view.value
-    ? `${view.y.label} over ${view.x.label}. Solid: as ridden; dashed: beyond it. Band: 95 % interval.`
+    ? `${view.y.label} over ${view.x.label}. Solid: as ridden; dashed: beyond it. Band: 95 % interval.${why.length ? ` No band at this load of ${why.join(" and ")}: it is ${FAR}, and how friction changes with load is assumed.` : ""}`
     : "Slip angles of 0, 1, 2, 4 and 8\u00b0, the slip ratio from locked to spinning. Dotted: friction circle, with the 95 % interval of its radius where that is known; the curves have none.";
   at("legend").replaceChildren(...shown.map(o => {
     const e = make("span"), mark = make("i", "line", e);

@@ -12,6 +12,7 @@ use crate::cli::{browser, colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::estimate;
 use crate::report::diagnosis::tables as diagnosis;
+use crate::report::labels;
 use crate::report::tables;
 use crate::simulate::effects::Effect;
 use crate::simulate::scenario::{BUILTIN, Scenario};
@@ -108,24 +109,22 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
     }
     let title = format!("The tyres, from ride {first}");
     say!("\n{}", colour::bold(&title, colours));
-    say!("{:39} {:>8} {:>8}   95 % interval", "", "true", "found");
+    say!("{:55} {:>8} {:>8}   95 % interval", "", "true", "found");
     for (part, coefficient, decimals) in SHOWN {
         let id = Id { part, coefficient };
         let (Some(row), Some((_, truth))) = (of(id), known.iter().find(|k| k.0 == id)) else {
             continue;
         };
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.decimals$}"));
-        let words = format!(
-            "{}, {}",
-            coefficient.name().trim_end_matches("_0").replace('_', " "),
-            row.unit
-        );
+        let unit = labels::unit(&row.unit);
+        let of_unit = if unit.is_empty() { unit } else { format!(", {unit}") };
+        let words = format!("{}{of_unit}", labels::coefficient(coefficient.name()));
         let interval = match (row.ci95_low, row.ci95_high) {
             (Some(low), Some(high)) => format!("{} to {}", figure(Some(low)), figure(Some(high))),
             _ => "-".to_owned(),
         };
         say!(
-            "{part:8} {words:30} {:>8} {:>8}   {interval}",
+            "{part:8} {words:46} {:>8} {:>8}   {interval}",
             figure(Some(*truth)),
             figure(row.value)
         );

@@ -33,6 +33,8 @@ pub(crate) const USUAL_SLIP_STIFFNESS_LOAD: f64 = 0.2;
 pub(crate) const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
 /// Trail where the file has none, m: `assumed` in the schema.
 pub(crate) const USUAL_TRAIL: f64 = 0.1;
+/// Yaw radius of gyration over the wheelbase where the file has no yaw inertia: usual for frames with rider.
+const YAW_GYRATION: f64 = 0.235;
 
 /// Name of the file, without its ending, that stands in for bikes that have none.
 pub(crate) const DEFAULT: &str = "default";
@@ -352,12 +354,11 @@ impl Bike {
     }
 
     /// Yaw inertia about the centre of mass, kg m²: the file's, or that of a radius of gyration of
-    /// 0.235 wheelbases, usual for motorcycles with rider. It matters while turning in and out.
+    /// 0.235 wheelbases, usual for frames with rider. It matters while turning in and out. The fit to changing lean has a start
+    /// of its own, 0.27 with an uncertainty, as it can move it.
     pub fn yaw_inertia(&self) -> f64 {
-        self.keys
-            .get("yaw_inertia")
-            .copied()
-            .unwrap_or_else(|| self.mass * (0.235 * self.wheelbase).powi(2))
+        let usual = || self.mass * (YAW_GYRATION * self.wheelbase).powi(2);
+        self.value("yaw_inertia").unwrap_or_else(usual)
     }
 
     /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m: the

@@ -275,7 +275,7 @@ impl Inputs {
     }
 
     /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection.
-    fn loaded_radius(&self, k: usize, load: f64) -> f64 {
+    pub(crate) fn loaded_radius(&self, k: usize, load: f64) -> f64 {
         if !self.is_corrected() {
             return self.radius[k];
         }
@@ -287,7 +287,14 @@ impl Inputs {
     /// Wheel loads with their transfer, eq. 25.
     /// `lift` is the upward acceleration of the centre of mass over gravity, `ahead` how far it has moved
     /// forward, m.
-    fn loads(&self, total_x: f64, spin_rate: f64, cos_phi: f64, lift: f64, ahead: f64) -> [f64; 2] {
+    pub(crate) fn loads(
+        &self,
+        total_x: f64,
+        spin_rate: f64,
+        cos_phi: f64,
+        lift: f64,
+        ahead: f64,
+    ) -> [f64; 2] {
         let b = &self.bike;
         let weight = b.mass * GRAVITY * (1.0 + lift);
         let pitching = pitching(total_x, b.cg_height, spin_rate, cos_phi);

@@ -20,7 +20,7 @@ const ALL_PAIRS: usize = 1500;
 /// A slope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drift {
-    /// Per day; per session where sessions have no times.
+    /// Per day; per session where fewer than half of the sessions have a day.
     pub slope: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,
@@ -53,7 +53,7 @@ pub(crate) fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64)
     // a value with a level of its own does not determine the slope
     let has_own_level = |i: usize| level.variance[i] > 0.999 * variances[i];
     let points: Vec<(f64, f64)> = (0..values.len())
-        .filter(|i| values[*i].is_finite() && !has_own_level(*i))
+        .filter(|i| values[*i].is_finite() && !has_own_level(*i) && history.is_timed(*i))
         .map(|i| (times[i], values[i] - level.fitted[i]))
         .collect();
     if points.len() < DRIFT_FROM || !spans_enough(points.iter().map(|p| p.0)) {
@@ -108,6 +108,11 @@ mod tests {
 
     /// Six sessions, one every so many days, whose value rises by a thousandth from each to the next.
     fn drift(apart: f64) -> Option<Drift> {
+        drift_of(apart, &[])
+    }
+
+    /// The same beside sessions without a day, with these values.
+    fn drift_of(apart: f64, undated: &[f64]) -> Option<Drift> {
         let row = |i: usize| Observation {
             tyre: "front".into(),
             coefficient: "mf_d".into(),
@@ -118,9 +123,25 @@ mod tests {
             determined: true,
             ..Observation::default()
         };
-        let rows: Vec<Observation> = (0..6).map(row).collect();
+        let other = |(i, value): (usize, &f64)| Observation {
+            session: format!("undated{i}"),
+            day: None,
+            value: *value,
+            ..row(0)
+        };
+        let rows: Vec<Observation> =
+            (0..6).map(row).chain(undated.iter().enumerate().map(other)).collect();
         let history = History::new(&rows.iter().collect::<Vec<_>>());
-        slope(&history, 0, &[vec![1.0; 6]], 0.0)
+        slope(&history, 0, &[vec![1.0; rows.len()]], 0.0)
+    }
+
+    /// It has no date, whatever its value: the slope of the others stays one per day.
+    #[test]
+    fn one_session_without_a_day_leaves_the_slope_per_day() {
+        for value in [0.99, 1.0025, 1.02] {
+            let days = drift_of(3.0, &[value]).expect("fifteen days");
+            assert!((days.slope - 1e-3 / 3.0).abs() < 1e-9, "{value}: {days:?}");
+        }
     }
 
     #[test]

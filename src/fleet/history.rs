@@ -75,9 +75,50 @@ impl History {
         history
     }
 
-    /// Time for slopes: days where every session has one, else the session's number.
+    /// Whether slopes are per day: at least half of the sessions have a day.
+    pub fn is_dated(&self) -> bool {
+        2 * self.days.iter().flatten().count() >= self.sessions.len()
+    }
+
+    /// Time for slopes, days; the session's number where fewer than half of the sessions have a day.
+    ///
+    /// A session without a day among dated ones has their mean: there it says nothing of a slope.
     pub fn times(&self) -> Vec<f64> {
-        let days: Option<Vec<f64>> = self.days.iter().copied().collect();
-        days.unwrap_or_else(|| (0..self.sessions.len()).map(|i| i as f64).collect())
+        if !self.is_dated() {
+            return (0..self.sessions.len()).map(|i| i as f64).collect();
+        }
+        let known: Vec<f64> = self.days.iter().flatten().copied().collect();
+        let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        self.days.iter().map(|day| day.unwrap_or(mean)).collect()
+    }
+
+    /// Whether a session's time is known, for a slope over [`History::times`].
+    pub(crate) fn is_timed(&self, session: usize) -> bool {
+        self.days[session].is_some() || !self.is_dated()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history(days: &[Option<f64>]) -> History {
+        let of = |i: usize| format!("s{i}");
+        History {
+            sessions: (0..days.len()).map(of).collect(),
+            days: days.to_vec(),
+            ..History::default()
+        }
+    }
+
+    #[test]
+    fn a_session_without_a_day_takes_the_days_from_no_other() {
+        let most = history(&[Some(10.0), Some(12.0), Some(17.0), None]);
+        assert_eq!(most.times(), [10.0, 12.0, 17.0, 13.0]);
+        assert_eq!([0, 3].map(|i| most.is_timed(i)), [true, false]);
+        let few = history(&[Some(10.0), None, None]);
+        assert_eq!(few.times(), [0.0, 1.0, 2.0]);
+        assert!(few.is_timed(1) && !few.is_dated());
+        assert!(history(&[]).times().is_empty());
     }
 }

@@ -11,6 +11,8 @@ use crate::report::page_shell;
 /// What the page says.
 #[derive(Debug, Serialize)]
 pub(crate) struct Content {
+    /// Title of the browser's tab: both sides as they were chosen.
+    pub title: String,
     /// Sides A and B in a line each.
     pub sides: [String; 2],
     /// The answer.

@@ -55,6 +55,59 @@ pub(crate) fn difference(value: Option<f64>, low: Option<f64>, high: Option<f64>
     svg + "</svg>"
 }
 
+/// How a part of a [`curve`] is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stroke {
+    /// What was ridden.
+    Solid,
+    /// What was not.
+    Dashed,
+}
+
+/// A curve in the unit square, abscissa to the right and ordinate up; what leaves it above is cut. `mark` is a point on it,
+/// `abscissa` the word under it, `words` what it shows to people who do not see it.
+pub(crate) fn curve(
+    points: &[([f64; 2], Stroke)],
+    mark: Option<[f64; 2]>,
+    abscissa: &str,
+    words: &str,
+) -> String {
+    let (width, height, foot) = (150.0, 64.0, 12.0);
+    let place = |[x, y]: [f64; 2]| {
+        [2.0 + x * (width - 4.0), (height - foot) - y.clamp(0.0, 1.0) * (height - foot - 3.0)]
+    };
+    let mut lines = String::new();
+    for (stroke, name) in [(Stroke::Solid, "solid"), (Stroke::Dashed, "dashed")] {
+        let mut path = String::new();
+        let mut is_down = false;
+        for (i, (point, own)) in points.iter().enumerate() {
+            // a dashed part begins where the solid one ends
+            let joins = points.get(i + 1).is_some_and(|next| next.1 == stroke);
+            if *own != stroke && !(joins && stroke == Stroke::Dashed) {
+                is_down = false;
+                continue;
+            }
+            let [x, y] = place(*point);
+            // writing to a String cannot fail
+            let _ = write!(path, "{}{x:.1} {y:.1}", if is_down { 'L' } else { 'M' });
+            is_down = true;
+        }
+        if path.contains('L') {
+            let _ = write!(lines, "<path class=\"{name}\" d=\"{path}\"/>");
+        }
+    }
+    let dot = mark.map_or(String::new(), |mark| {
+        let [x, y] = place(mark);
+        format!("<circle class=\"dot\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.6\"/>")
+    });
+    let base = height - foot;
+    format!(
+        "<svg class=\"curve\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{words}\"><title>{words}</title>\
+         <path class=\"axis\" d=\"M2 2V{base}H{width}\"/>{lines}{dot}\
+         <text x=\"{width}\" y=\"{height}\" text-anchor=\"end\" dy=\"-2\">{abscissa}</text></svg>"
+    )
+}
+
 /// One session's estimate in a [`strip`]: value, lower and upper end.
 pub(crate) type Estimate = (f64, f64, f64);
 

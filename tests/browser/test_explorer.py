@@ -68,6 +68,12 @@ def test_the_page_computes_what_the_program_exports(explored, browser):
             f"const t = {FIGURES}.tyres[arguments[0]], {{ along, across }} = document.getElementById('data').intervals;"
             "return arguments[1].map(([s, a, g, l]) => s ? along(t, s, { gamma: g, load: l, mu: 1 }) : across(t, a, g, l, 1))"
         )
+        # a longitudinal force has none far from the loads under which the wheel was braked, on both
+        far = [i for r, i in zip(rows, given, strict=True) if r["table"] == "longitudinal" and not r["Fx_ci95_low_N"] and -0.05 <= i[0] < 0]
+        assert tyre == "front" or far, (session, tyre)
+        loads = browser.js(f"return {FIGURES}.tyres[arguments[0]].ridden.bounded", place(browser, session, tyre))
+        for inputs, found in zip(far, browser.js(reach, place(browser, session, tyre), far), strict=True):
+            assert found is None and not loads[0] <= inputs[3] <= loads[1], (session, tyre, inputs, loads, found)
         known = [(r, i) for r, i in zip(rows, given, strict=True) if r["Fx_ci95_low_N"] or r["Fy_ci95_low_N"]]
         assert len(known) > 300 and {r["table"] for r, _ in known} == {"longitudinal", "lateral"}
         compared = 0
@@ -287,10 +293,19 @@ def test_all_rides_of_a_motorcycle_are_one_tyre(explored, browser):
             assert [low, high] == pytest.approx([row["ci95_low"], row["ci95_high"]], rel=3e-3)
         row = pooled[tyre, "mf_d"]
         choose(browser, "tyre-a", i)
-        cells = browser.js(
+        choose(browser, "show", "longitudinal")
+        radius = (
             "const r = [...document.querySelectorAll('#numbers-body tr')].find(r => r.textContent.startsWith('Radius'));"
             "return [...r.querySelectorAll('td')].map(e => e.textContent)"
         )
+        # far from the loads of braking it has no interval, and the page says why
+        choose(browser, "load", 4000)
+        assert browser.js(radius)[1].startswith("far from the loads"), browser.js(radius)
+        assert "No band at this load" in browser.driver.find_element(By.ID, "caption").text
+        assert not any(r["ci95_low"] for r in downloaded(browser) if "all 2 rides" in r["tyre"])
+        rest = browser.js(f"return {FIGURES}.tyres[arguments[0]].parameters.load_at_rest", i)
+        choose(browser, "load", 10 * round(rest / 10))
+        cells = browser.js(radius)
         load = float(browser.js("return document.getElementById('load').value"))
         assert float(cells[0]) == pytest.approx(row["value"] * load, abs=1)
         assert [float(end) for end in cells[1].split(" to ")] == pytest.approx([row[end] * load for end in ("ci95_low", "ci95_high")], abs=1)

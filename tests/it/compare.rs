@@ -212,6 +212,46 @@ fn tyres_and_motorcycles_that_both_sides_rode_cancel() {
     }
 }
 
+/// Sides of two motorcycles each, whose tyres differ more than their rides: no number of rides decides, more tyres would.
+#[test]
+fn tyres_that_differ_within_a_side_limit_a_comparison() {
+    let mut random = Random::new(11, "tyres");
+    let mut sessions = Vec::new();
+    for (side, bike) in [(0, "a1"), (0, "a2"), (1, "b1"), (1, "b2")] {
+        for i in 0..12 {
+            let value = 1.1 * (0.002 * random.normal()).exp();
+            let piece = Piece {
+                session: format!("{bike}-{i}"),
+                tyre: "rear".into(),
+                coefficient: "mf_d".into(),
+                unit: "1".into(),
+                value,
+                source: "own".into(),
+                shared: false,
+                shift: 0.002 * value,
+                ..Piece::default()
+            };
+            sessions.push(Session {
+                bike: bike.into(),
+                session: format!("{bike}-{i}"),
+                side,
+                tyres: [None, Some(format!("tyre {side}"))],
+                pieces: vec![piece],
+            });
+        }
+    }
+    let limit = |sessions: &[Session]| {
+        let found = compare(sessions);
+        let difference = found[0].difference.clone().expect("comparable");
+        difference.limited_by
+    };
+    let (by, share) = limit(&sessions);
+    assert!(by == "tyres" && share > 0.7, "{by} {share}");
+    // of one tyre on each side nothing says how tyres differ
+    sessions.retain(|s| s.bike.ends_with('1'));
+    assert_eq!(limit(&sessions).0, "rides");
+}
+
 /// The output of the bundled archive.
 fn output() -> &'static Path {
     static OUT: OnceLock<tempfile::TempDir> = OnceLock::new();

@@ -88,6 +88,11 @@ fn intervals_of_a_look_up_table_are_those_of_the_charts_and_of_the_coefficients(
             assert!(!line.contains_key("Fy_ci95_low_N") && !line.contains_key("Mx_ci95_low_Nm"));
             // under no load that a braked wheel has the change with load would be all of it
             assert!(load > 0.5 * row.load_at_rest, "{tyre} {line:?}");
+            // the table's loads of braking are those of the file, for the explorer's page
+            let [low, high] =
+                [row.braked_load_low, row.braked_load_high].map(|l| l.expect("braked"));
+            assert!(low <= row.load_at_rest && row.load_at_rest <= high, "{tyre}: {low} to {high}");
+            assert!(low / 1.15 - 0.01 <= load && load <= 1.15 * high + 0.01, "{tyre} {line:?}");
             along += 1;
         }
         assert!(along > 60, "{tyre}: {along} longitudinal intervals");

@@ -160,6 +160,41 @@ fn mdf_of_asammdf_is_the_session_that_it_was_given() {
     }
 }
 
+/// Two channels of one group that are called alike: a map says which.
+#[test]
+fn mdf_channels_of_one_name_are_read_by_their_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["ride.mf4", "ride.mdf"] {
+        let mut bytes = std::fs::read(sample(name)).expect("bundled");
+        let places: Vec<usize> = bytes
+            .windows(14)
+            .enumerate()
+            .filter(|(_, w)| *w == b"acceleration_y")
+            .map(|w| w.0)
+            .collect();
+        assert!(!places.is_empty(), "{name}");
+        places.iter().for_each(|at| bytes[at + 13] = b'x');
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        let read = |from: &str| {
+            let text =
+                format!("name = 'm'\nformat = 'mdf'\n[channel.acceleration_x]\nfrom = '{from}'\n");
+            ingest::read(&path, &[ChannelMap::parse(&text, "m.toml").expect("a map")])
+        };
+        let error = read("acceleration_x").expect_err("which of them?");
+        assert_eq!(error.code.as_str(), "ambiguous_column", "{name}: {error}");
+        assert!(error.message.contains("#1") && error.message.contains("#2"), "{name}: {error}");
+        let both: Vec<Vec<f64>> = ["acceleration_x #1", "acceleration_x #2"]
+            .map(|from| read(from).expect(from).tracks[0].values.clone())
+            .to_vec();
+        let whole = ingest::read(sample(name), &[]).expect("bundled");
+        for (values, channel) in both.iter().zip([AccelerationX, AccelerationY]) {
+            let of = whole.tracks.iter().find(|t| t.channel == channel).expect("a track");
+            assert_eq!(values, &of.values, "{name}: {channel}");
+        }
+    }
+}
+
 #[test]
 fn mcap_of_its_own_package_is_the_session_that_it_was_given() {
     for (name, map_name, rows) in [

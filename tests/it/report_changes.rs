@@ -176,6 +176,8 @@ fn both_ways_stand_in_one_list_in_order_of_date() {
         "{second}"
     );
     assert!(second.contains("since s07 (2026-05-08"), "{second}");
+    // what only the coefficients' way says: the tyre that the log names
+    assert!(second.contains("Since s07 (2026-05-08, rear tyre soft)."), "{second}");
     // one sentence on every page
     for name in ["index.html", "fleet.html"] {
         let other = page(out, name);
@@ -210,8 +212,21 @@ fn numbers_that_moved_are_drawn_and_the_others_folded() {
         assert_eq!(odd(figure), RIDES - SWAP, "{key}");
         assert!(figure.contains("Rear rolling radius, mm"), "{key}");
     }
-    let folded = html.split_once("What did not move").expect("a list").1;
-    assert!(!folded.split_once("</table>").expect("its end").0.contains("<code>wind</code>"));
+    // the numbers without a shift are folded, each with its strip; numbers of the nominal model come first
+    let (before, rest) = html.split_once("<h3>What did not move</h3>").expect("a list");
+    let folded = rest.split_once("</details>").expect("its end").0;
+    let keys: Vec<&str> = folded
+        .split("<code>")
+        .skip(1)
+        .filter_map(|part| Some(part.split_once("</code>")?.0))
+        .collect();
+    assert_eq!(keys, ["drag", "mf_d_rear", "road_grade"]);
+    assert!(folded.contains("3 numbers of the comparison of rides"), "{folded}");
+    assert_eq!(folded.matches("<svg").count(), keys.len());
+    let is_before = |key: &&str| before.contains(&format!("<code>{key}</code>"));
+    assert!(!keys.iter().any(is_before), "{before}");
+    // the fold is closed when the page opens
+    assert!(before.ends_with("<details class=\"fold more\"><summary>"), "{before}");
 }
 
 /// A motorcycle that is only diagnosed has the page, too.

@@ -29,15 +29,16 @@ pub(crate) type Owns = BTreeMap<[String; 4], Own>;
 
 /// Adds the results of the analysis to each row of `fleet`.
 pub(crate) fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
+    let by_id: BTreeMap<&str, &BikeAnalysis> =
+        bikes.iter().map(|bike| (bike.bike.as_str(), bike)).collect();
     for row in rows {
-        let Some(bike) = bikes.iter().find(|b| b.bike == row.bike_id) else { continue };
+        let Some(bike) = by_id.get(row.bike_id.as_str()) else { continue };
         let key = |k: &(String, String)| k.0 == row.tyre && k.1 == row.coefficient;
         let Some(c) = bike.history.keys.iter().position(key) else { continue };
         let series = &bike.series[c];
         let parts = series.components.as_ref();
         // without start times the slope is per session, which the table has no column for
-        let timed = bike.history.days.iter().all(Option::is_some);
-        let drift = series.drift.as_ref().filter(|_| timed);
+        let drift = series.drift.as_ref().filter(|_| bike.history.is_dated());
         row.between_sd_settled = parts.map(|p| p.sd);
         row.between_ci95_low = parts.map(|p| p.low);
         row.between_ci95_high = parts.map(|p| p.high);

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::rows::Owns;
 use crate::batch::error::Error;
 use crate::batch::store::contents::Contents;
-use crate::contract::error_source::{MODEL, RIDES};
+use crate::contract::error_source::{MODEL, RIDES, TYRES};
 use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::combine::{Estimate, Key, Shared};
@@ -147,7 +147,7 @@ fn model_row(model: &Model) -> TyreRow {
         ci95_high: model.interval[1],
         n_sessions: model.rides as i64,
         n_tyres: model.tyres as i64,
-        limited_by: "tyres".to_owned(),
+        limited_by: TYRES.to_owned(),
         between_sd: model.between,
         median: model.median,
         ..TyreRow::default()

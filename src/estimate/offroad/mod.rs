@@ -165,7 +165,7 @@ pub fn run(
     warnings.extend(synchrony::check(session, &kinematics, &machine, config.max_lag));
     let contact = Contact::detect(&kinematics, &machine, &config.contact);
     if kinematics.lost[3] || kinematics.lost[4] {
-        let message = "the flights of a wheel without its row of the equations cannot be told: both \
+        let message = "the flights of a wheel without its row of the equations cannot be found: both \
                        wheels count as off while the bike weighs next to nothing";
         warnings.push(warning("flights_by_load", 1, None, message.to_owned()));
     }

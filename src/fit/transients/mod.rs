@@ -14,7 +14,7 @@
 //!
 //! Slip is the response, as it is the noisy side; force and camber are regressors. The side force is that of the roll
 //! balance: gusts move `a_y` (R4), and a regressor with noise of its own makes stiffnesses too large. [`stretches`]
-//! finds where the lean changes, [`attitude`] takes slow errors off pitch and roll, [`columns`] brings the channels through one kernel to 5 Hz, [`motion`] makes slips,
+//! finds where the lean changes, [`attitude`] takes slow errors off pitch and roll with the velocities of [`place`], [`columns`] brings the channels through one kernel to 5 Hz, [`motion`] makes slips,
 //! cambers, loads and forces of them on the motorcycle's balance, [`parameters`] says what is known before the ride,
 //! [`noise`] how the residuals of [`model`] are correlated, [`solve`] fits, and [`join`] puts the tyres into the
 //! session's solution.
@@ -29,6 +29,7 @@ pub(crate) mod model;
 pub(crate) mod motion;
 pub(crate) mod noise;
 pub(crate) mod parameters;
+pub(crate) mod place;
 pub(crate) mod solve;
 pub(crate) mod stretches;
 
@@ -75,7 +76,7 @@ pub fn run(
         session
     });
     let session = with_drift.as_ref().unwrap_or(session);
-    let corrected = attitude::corrected(session, zeros);
+    let corrected = without_drift(session, inputs, zeros);
     let session = corrected.as_ref().unwrap_or(session);
     let usual = up_to(config.max_lean, session, inputs, zeros, crown, config);
     if usual.as_ref().is_some_and(|fit| join::worst(&fit.fitted) < POOR)
@@ -91,6 +92,27 @@ pub fn run(
     let error =
         |fit: &Option<Transients>| fit.as_ref().map_or(f64::INFINITY, |f| join::worst(&f.fitted));
     if error(&steep) < error(&usual) { steep } else { usual }
+}
+
+/// The session without slow errors of its attitude; `None` where nothing shows them.
+fn without_drift(session: &Session, inputs: &Inputs, zeros: &Zeros) -> Option<Session> {
+    let bike = &inputs.bike;
+    let place = |key| bike.value(key).unwrap_or(0.0);
+    let apart = [
+        place(motion::UNIT_AHEAD) - bike.velocity_sensor_x,
+        place(motion::UNIT_ABOVE) - bike.velocity_sensor_z,
+    ];
+    let Some(moved) = place::at_accelerometer(session, apart, zeros.latency) else {
+        return attitude::corrected(session, zeros);
+    };
+    let mut out = attitude::corrected(&moved, zeros)?;
+    // the fit takes the velocities where they were measured
+    for channel in [Channel::VelocityX, Channel::VelocityY] {
+        if let Some(measured) = session.get(channel) {
+            out.set(channel, measured.to_vec());
+        }
+    }
+    Some(out)
 }
 
 /// Standard deviation of the logarithm of a stiffness from which steeper corners take part.

@@ -120,11 +120,14 @@ impl std::ops::IndexMut<Quantity> for Quantities {
 
 /// Yaw inertia over mass where the bike file has none: radius of gyration over the wheelbase, and its share of
 /// uncertainty. With both wheels at the ends: 0.30 of the independent simulator, 0.24 of frames with rider alone.
+///
+/// The bike file's default ([`Bike::yaw_inertia`]) is that of frames alone, 0.235, as in what is simulated. Here it is a start
+/// with an uncertainty that has both ends within about one standard deviation; changing lean moves it.
 pub(crate) const YAW_GYRATION: [f64; 2] = [0.27, 0.13];
 /// Product of inertia over mass, m²: riders sit high behind, engine and front wheel are low in front.
 pub(crate) const PRODUCT: [f64; 2] = [-0.005, 0.007];
 /// Roll inertia over mass, m², and its share of uncertainty: 0.08 to 0.11 of simulated and published motorcycles with
-/// rider.
+/// rider. A start that changing lean moves, so not the 0.085 that the simulated `Vehicle` has.
 pub(crate) const ROLL_GYRATION: [f64; 2] = [0.095, 0.2];
 /// Crown radius over tyre width, front and rear, where the ride gave none.
 const CROWN: [f64; 2] = [0.42, 0.45];

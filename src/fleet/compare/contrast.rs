@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::joint::{ASSUMED, Joint};
 use super::sources::plain;
-use crate::contract::error_source::MODEL;
+use crate::contract::error_source::{MODEL, TYRES};
 use crate::statistics::interval::combined_dof;
 
 /// Spread between tyres of one side where there are too few to tell, a share; as in [`super::super::tyres`].
 const BETWEEN_TYRES: f64 = 0.02;
 /// Fewest that tell it.
-const TYRES: usize = 4;
+const TYRES_THAT_TELL: usize = 4;
 
 /// The value of one coefficient in one group of sessions.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ pub(super) struct Variance {
     pub own: [f64; 2],
     /// Degrees of freedom.
     pub dof: f64,
-    /// Shared errors by name, the parts that are left.
+    /// What more sessions do not narrow, by name: the parts that are left of shared errors, and the spread between tyres.
     pub shared: BTreeMap<String, f64>,
 }
 
@@ -138,6 +138,9 @@ impl<'a> Members<'a> {
         total += of_tyres;
         for (side, of_side) in self.apart(&c).into_iter().enumerate() {
             total += of_side;
+            if of_side > 0.0 {
+                *shared.entry(TYRES.to_owned()).or_default() += of_side;
+            }
             let groups = self.of(side).count() as f64;
             parts.push((of_side.sqrt(), (groups - 1.0).max(1.0) + ASSUMED));
         }
@@ -172,7 +175,7 @@ fn between(own: &[(f64, f64)], is_log: bool) -> f64 {
     if n < 2 {
         return 0.0;
     }
-    if n < TYRES {
+    if n < TYRES_THAT_TELL {
         let size = if is_log { 1.0 } else { own.iter().map(|(y, _)| y.abs()).fold(0.0, f64::max) };
         return (BETWEEN_TYRES * size).powi(2);
     }

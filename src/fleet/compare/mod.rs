@@ -71,7 +71,7 @@ pub struct Difference {
     pub is_assumed: bool,
     /// Share of the two sides' variances that is in both and cancels.
     pub cancelled: f64,
-    /// Source of most of the variance, and its share: `rides`, or the name of a shared error. It is the error, too, if no
+    /// Source of most of the variance, and its share: `rides`, `tyres`, or the name of a shared error. It is not `rides` if no
     /// number of rides would suffice.
     pub limited_by: (String, f64),
     /// Sessions more on each side after which the seen difference would be beyond its interval; none where no number of

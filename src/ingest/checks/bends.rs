@@ -20,7 +20,7 @@ const EQUAL: f64 = 1.45;
 /// Less than this of each other is left of accounts that do not go together.
 const TOGETHER: f64 = 0.25;
 /// No motorcycle turns faster, rad/s.
-const FASTEST: f64 = 2.5;
+pub(super) const FASTEST: f64 = 2.5;
 /// Degrees per radian.
 const DEGREES: f64 = 57.295_78;
 /// Largest ratio of two units of speed.

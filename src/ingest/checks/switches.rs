@@ -120,7 +120,7 @@ pub const CHECKS: &[Check] = &[
     ),
     check(
         RejectionCode::CalculatedLean,
-        "`tan(roll)` against `a_y / g` and `v r / g`: the same number by number",
+        "`tan(roll)` against `a_y / g` and `v r / g`: the same number by number, or over 2 s",
         Effect::LeaveOut,
     ),
     check(

@@ -156,6 +156,12 @@ impl View {
         mean(&mean(x))
     }
 
+    /// The mean over 2.2 s.
+    pub(crate) fn as_slow(&self, x: &[f64]) -> Vec<f64> {
+        let half = self.half_track();
+        centred(x, half, |w| w.iter().sum::<f64>() / w.len() as f64)
+    }
+
     /// Means in a second.
     fn half_track(&self) -> usize {
         (1.0 / self.step).round().max(1.0) as usize

@@ -84,13 +84,14 @@ impl SourceChannel {
     }
 
     /// Whether a map means this channel by `text`: its name, or group and name with `/` or `.`
-    /// between.
+    /// between; of twins with the number behind it, too.
     pub(crate) fn is_called(&self, text: &str) -> bool {
         let with_group = || {
             let rest = text.strip_prefix(self.group.as_str())?.strip_prefix(['/', '.'])?;
             Some(rest == self.name)
         };
-        let exact = text == self.name || (self.twin > 0 && text == self.full());
+        let by_number = || text == self.full() || text == format!("{} #{}", self.name, self.twin);
+        let exact = text == self.name || (self.twin > 0 && by_number());
         exact || (!self.group.is_empty() && with_group() == Some(true))
     }
 }

@@ -225,7 +225,7 @@ impl Faults {
         streams.warn(
             "no_checksum",
             self.without_sum,
-            "the sentences have no checksum: damaged ones cannot be told".to_owned(),
+            "the sentences have no checksum: damaged ones cannot be recognised".to_owned(),
         );
         streams.warn(
             "no_fix",

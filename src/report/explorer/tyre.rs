@@ -7,6 +7,7 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::report::charts::pack;
 use crate::report::explorer::pooled::Pooled;
 use crate::report::export::curve_bands::{Curve, Curves};
+use crate::report::export::force_bands::bounded_loads;
 use crate::report::export::parameters;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
@@ -96,6 +97,8 @@ struct Ridden {
     angle: Option<f64>,
     camber: Option<f64>,
     load: [f64; 2],
+    /// Loads, N, at which a longitudinal force has an interval: near those under which the wheel was braked.
+    bounded: [f64; 2],
 }
 
 /// A tyre of the page.
@@ -216,6 +219,7 @@ impl<'a> Tyre<'a> {
                 angle: row.ridden_slip_angle,
                 camber: row.ridden_camber,
                 load: [row.ridden_load_low, row.ridden_load_high],
+                bounded: bounded(row),
             },
             bands,
             crown: None,
@@ -225,6 +229,12 @@ impl<'a> Tyre<'a> {
             check: checks(row),
         }
     }
+}
+
+/// Loads, N, at which a longitudinal force has an interval. A table without the loads of braking has one near rest.
+fn bounded(row: &TyreParameters) -> [f64; 2] {
+    let braked = row.braked_load_low.zip(row.braked_load_high);
+    bounded_loads(braked.map_or([row.load_at_rest; 2], |(low, high)| [low, high]))
 }
 
 /// What a tyre's name has in brackets.
@@ -283,6 +293,16 @@ mod tests {
         assert_eq!(of(row(Status::PoorlyDetermined, Some(0.2))), Some(false));
         assert_eq!(of(row(Status::NotAvailable, None)), None);
         assert_eq!(is_determined(&[row(Status::Ok, Some(0.2))], "rear", C::PeakSlip), None);
+    }
+
+    /// A table of an earlier version has no loads of braking: the load at rest is among them always.
+    #[test]
+    fn a_longitudinal_force_has_an_interval_near_the_loads_of_braking() {
+        let row = TyreParameters { load_at_rest: 1150.0, ..TyreParameters::default() };
+        assert_eq!(bounded(&row).map(f64::round), [1000.0, 1322.0]);
+        let braked =
+            TyreParameters { braked_load_low: Some(690.0), braked_load_high: Some(2000.0), ..row };
+        assert_eq!(bounded(&braked).map(f64::round), [600.0, 2300.0]);
     }
 
     /// The band of all rides is as wide at its curve's reference as the pooled interval, and open where the ride's is.

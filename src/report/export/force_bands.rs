@@ -12,9 +12,14 @@ use crate::tyre::paper::{Input, slip_stiffness_under};
 /// Share of the friction circle from which a side force is the circle's, not the stiffness's.
 const AT_CIRCLE: f64 = 0.999;
 
-/// Share by which a load may be beyond those under which the wheel was braked: friction then changes by less than the
+/// Factor by which a load may be beyond those under which the wheel was braked: friction then changes by less than the
 /// band is wide.
 const NEAR_LOAD: f64 = 1.15;
+
+/// Least and largest load, N, at which a longitudinal force has an interval, of the loads under which the wheel was braked.
+pub(crate) fn bounded_loads([least, most]: [f64; 2]) -> [f64; 2] {
+    [least / NEAR_LOAD, most * NEAR_LOAD]
+}
 
 /// The bands of one exported tyre.
 #[derive(Debug)]
@@ -44,9 +49,8 @@ impl<'a> ForceBands<'a> {
     /// Ends of the longitudinal force, N, of an upright tyre without a slip angle; `None` where they are not known: far
     /// from the loads under which the wheel was braked, too, as the change with load is assumed.
     pub(crate) fn force_x(&self, input: &Input) -> Option<[f64; 2]> {
-        let is_near =
-            |[least, most]: [f64; 2]| (least / NEAR_LOAD..=most * NEAR_LOAD).contains(&input.load);
-        if self.tyre.braked_loads.is_some_and(|loads| !is_near(loads)) {
+        let [least, most] = self.tyre.braked_loads.map_or([0.0, f64::INFINITY], bounded_loads);
+        if !(least..=most).contains(&input.load) {
             return None;
         }
         let custom = &self.tyre.tyre;

@@ -28,7 +28,7 @@ pub(crate) mod fit;
 pub(crate) mod fit_62;
 pub(crate) mod fitted;
 pub(crate) mod fmu;
-mod force_bands;
+pub(crate) mod force_bands;
 pub(crate) mod grid;
 pub(crate) mod header;
 pub(crate) mod magic_formula_62;

@@ -70,6 +70,8 @@ fn row(session: &SessionRow, c: &Characterised) -> TyreParameters {
         ridden_camber: Ranges::both_ways(c.ranges.camber),
         ridden_load_low: c.loads[0],
         ridden_load_high: c.loads[1],
+        braked_load_low: c.braked_loads.map(|loads| loads[0]),
+        braked_load_high: c.braked_loads.map(|loads| loads[1]),
     }
 }
 

@@ -60,7 +60,7 @@ pub struct Characterised {
     pub braked_loads: Option<[f64; 2]>,
 }
 
-/// What an export is told beside the tables.
+/// What an export takes beside the tables.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting<'a> {
     /// The bike file, for dimensions and static load.

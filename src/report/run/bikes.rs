@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::answer::{ASKED, explained};
+use crate::report::explorer::pooled::Pooled;
+use crate::report::run::small_curves;
 use crate::report::tables::RunTables;
 use crate::report::{inline_svg, labels};
 use crate::statistics::number_format::{self, fixed, typeset};
@@ -38,6 +40,8 @@ pub(crate) struct TyrePart {
     pub models: String,
     /// What people ask of it first.
     pub main: Vec<Main>,
+    /// Small curves of what is determined, as SVG.
+    pub curves: Vec<String>,
     /// Its coefficients.
     pub rows: Vec<Overview>,
 }
@@ -82,12 +86,13 @@ pub(crate) struct Overview {
     pub flagged: String,
 }
 
-/// One bike's part; `fleet` is sorted by bike.
+/// One bike's part; `fleet` is sorted by bike, `over_all` are the tyres over all rides.
 pub(crate) fn part(
     bike_id: &str,
     tables: &RunTables,
     fleet: &[FleetRow],
     all_rides: &[TyreRow],
+    over_all: &[Pooled],
 ) -> BikePart {
     let own = of_bike(&tables.sessions, bike_id, |s| &s.ident.bike_id);
     let fleet = of_bike(fleet, bike_id, |f| &f.bike_id);
@@ -119,6 +124,7 @@ pub(crate) fn part(
                 title: labels::tyre(current).to_owned(),
                 models: models.into_iter().collect::<Vec<_>>().join(", "),
                 main: Vec::new(),
+                curves: Vec::new(),
                 rows: Vec::new(),
             });
         }
@@ -132,6 +138,7 @@ pub(crate) fn part(
         all_rides.iter().filter(|r| r.bike_id.as_deref() == Some(bike_id)).collect();
     for tyre in &mut tyres {
         tyre.main = main(&tyre.rows, &pooled);
+        tyre.curves = curves(tyre, bike_id, tables, over_all);
     }
     let seconds: f64 = own.iter().map(|s| s.duration).filter(|d| d.is_finite()).sum();
     let metres: f64 = own.iter().filter_map(|s| s.distance).sum();
@@ -149,6 +156,24 @@ pub(crate) fn part(
         outlying: outlying.len(),
         tyres,
     }
+}
+
+/// Curves of the tyre over all rides, else of the newest ride, as far as their first number is determined.
+fn curves(tyre: &TyrePart, bike_id: &str, tables: &RunTables, over_all: &[Pooled]) -> Vec<String> {
+    let Some(name) = tyre.rows.first().map(|row| row.tyre.as_str()) else { return Vec::new() };
+    let is_determined = |c: C| tyre.rows.iter().any(|r| r.name == c.name() && r.determined > 0);
+    let pooled = over_all.iter().filter(|p| p.row.ident.bike_id == bike_id && p.row.tyre == name);
+    let newest = of_bike(&tables.parameters, bike_id, |row| &row.ident.bike_id)
+        .iter()
+        .filter(|row| row.tyre == name)
+        .max_by_key(|row| row.ident.start_time.as_deref());
+    // of a tyre that was swapped the one that is on now
+    let Some(row) = pooled.max_by_key(|p| p.specimen).map(|p| &p.row).or(newest) else {
+        return Vec::new();
+    };
+    let friction = is_determined(C::MfD).then(|| small_curves::friction(row)).flatten();
+    let side = is_determined(C::CorneringStiffness0).then(|| small_curves::side_force(row));
+    friction.into_iter().chain(side.flatten()).collect()
 }
 
 /// What people ask of a tyre, as far as its sessions have rows of it; the vehicle has none.

@@ -4,4 +4,5 @@ pub(crate) mod bikes;
 pub(crate) mod lists;
 pub(crate) mod notable;
 pub(crate) mod page;
+pub(crate) mod small_curves;
 pub(crate) mod write;

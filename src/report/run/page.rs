@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::report::answer;
 use crate::report::diagnosis;
+use crate::report::explorer::pooled::pooled;
 use crate::report::run::bikes::{self, BikePart};
 use crate::report::tables::RunTables;
 use crate::statistics::number_format;
-use crate::store::tables::rows::{FleetRow, Rejected, Status, TyreRow, WarningRow};
+use crate::store::tables::rows::{FleetRow, Rejected, Status, TyreParameters, TyreRow, WarningRow};
 
 /// The run's page.
 #[derive(Debug)]
@@ -78,6 +79,8 @@ pub(crate) fn build(
     let duration: f64 = sessions.iter().map(|s| s.duration).filter(|d| d.is_finite()).sum();
     let distance: f64 = sessions.iter().filter_map(|s| s.distance).sum();
     let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
+    let shown: Vec<&TyreParameters> = tables.parameters.iter().collect();
+    let over_all = pooled(all_rides, &tables.parameters, &shown);
     Page {
         inputs,
         verdict: format!(
@@ -94,7 +97,7 @@ pub(crate) fn build(
             number_format::duration(duration),
             distance / 1000.0
         ),
-        bikes: bikes.iter().map(|b| bikes::part(b, tables, fleet, all_rides)).collect(),
+        bikes: bikes.iter().map(|b| bikes::part(b, tables, fleet, all_rides, &over_all)).collect(),
         sessions: entries(tables, pages),
         fleet: None,
         explorer: false,

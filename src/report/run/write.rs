@@ -97,24 +97,26 @@ impl Writer<'_> {
         sources: &Sources<'_>,
         changed: &[Motorcycle],
     ) -> Result<Vec<(String, String)>, Error> {
-        let is_changed = |id: &str| changed.iter().any(|m| m.bike_id == id);
+        // there may be thousands
+        let changed = by_id(changed);
+        let of_run: BTreeMap<&str, &BikePart> =
+            page.bikes.iter().map(|bike| (bike.bike_id.as_str(), bike)).collect();
         let is_many = page.bikes.len() > INLINE;
-        let of_run = page.bikes.iter().filter(|b| is_many || is_changed(&b.bike_id));
-        let mut ids: Vec<&str> = of_run.map(|b| b.bike_id.as_str()).collect();
-        let is_of_run = |id: &str| page.bikes.iter().any(|b| b.bike_id == id);
+        let all = page.bikes.iter().map(|bike| bike.bike_id.as_str());
+        let mut ids: Vec<&str> = all.filter(|id| is_many || changed.contains_key(id)).collect();
         // of those that are diagnosed only
-        ids.extend(changed.iter().map(|m| m.bike_id.as_str()).filter(|id| !is_of_run(id)));
+        ids.extend(changed.keys().copied().filter(|id| !of_run.contains_key(id)));
         let taken = self.names.iter().map(String::as_str).chain(self.diagnosed.pages());
         let names = page_names::bikes(ids.iter().copied(), taken);
         ids.par_iter().zip(&names).try_for_each(|(id, name)| {
-            let own = page.bikes.iter().find(|b| b.bike_id == *id);
+            let own = of_run.get(id).copied();
             let sessions = of_bike(&page.sessions, id, |s| &s.bike_id);
             let diagnosed_only = BikePart { bike_id: (*id).to_owned(), ..BikePart::default() };
             let html = self.environment.get_template("bike.html")?.render(context! {
                 bike => Serde(own.unwrap_or(&diagnosed_only)),
                 fleet => page.fleet.is_some(),
                 explorer => page.explorer,
-                changed => Serde(changed.iter().find(|m| m.bike_id == *id)),
+                changed => Serde(changed.get(id)),
                 lines => Serde(sources.lines(id)),
                 sessions => Serde(match sessions.is_empty() {
                     true => None,
@@ -138,9 +140,8 @@ impl Writer<'_> {
         let listed = match is_many {
             false => None,
             true => {
-                let of = |id: &str| {
-                    changed.iter().find(|m| m.bike_id == id).map_or(0, |m| m.entries.len())
-                };
+                let by_id = by_id(changed);
+                let of = |id: &str| by_id.get(id).map_or(0, |m| m.entries.len());
                 let pages: Vec<String> = page
                     .bikes
                     .iter()
@@ -198,4 +199,8 @@ impl Writer<'_> {
     fn put(&self, name: &str, html: &str) -> Result<(), file::Error> {
         file::write_bytes(self.out.join("report").join(name), html.as_bytes())
     }
+}
+
+fn by_id(changed: &[Motorcycle]) -> BTreeMap<&str, &Motorcycle> {
+    changed.iter().map(|motorcycle| (motorcycle.bike_id.as_str(), motorcycle)).collect()
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::answer::{ASKED, explained};
 use crate::report::coefficient_text::CoefficientText;
+use crate::report::next_ride::{TITLE, Want};
 use crate::report::{inline_svg, labels, next_ride};
 use crate::statistics::number_format::typeset;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status};
@@ -33,7 +34,7 @@ pub(crate) struct Main {
     pub interval: String,
     /// The same, drawn.
     pub bar: String,
-    /// What is wrong with it, and what to ride.
+    /// What is wrong with it, and what to ride; of a lower bound what to ride for the value.
     pub note: String,
 }
 
@@ -77,12 +78,39 @@ fn main(c: &Coefficient, label: &'static str) -> Main {
             value: typeset(&format!("{}{unit}", text.interval(""))),
             interval: String::new(),
             bar: String::new(),
-            note: String::new(),
+            note: next_ride::of(c).map_or_else(String::new, |(want, riding)| match want {
+                Want::SoundLog => riding.to_owned(),
+                Want::Value | Want::NarrowerInterval => format!("{TITLE}: {riding}"),
+            }),
         },
         _ => {
             let (value, interval, bar) = Default::default();
             let note = next_ride::note(c);
             Main { label, explained: explained(label), value, interval, bar, note }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::reason::{Reason, ReasonCode};
+
+    #[test]
+    fn a_lower_bound_says_what_to_ride_for_the_value() {
+        let mut row = Coefficient {
+            tyre: "rear".into(),
+            coefficient: C::MfD.name().into(),
+            unit: "1".into(),
+            status: Status::LowerBound,
+            ci95_low: Some(0.8),
+            ..Coefficient::default()
+        };
+        let reason = Reason::new(ReasonCode::PeakNotReached, "the peak was not reached");
+        row.explain(Some(reason.with_advice("brake to the limit")));
+        let cards = cards(&SessionRow::default(), &[row]);
+        let [Card { rows, .. }] = &cards[..] else { panic!("{cards:?}") };
+        assert_eq!(rows[0].value, "at least 0.80");
+        assert_eq!(rows[0].note, "Next ride: brake to the limit");
     }
 }

@@ -76,6 +76,8 @@ struct File {
     imu: Option<Imu>,
     #[serde(default)]
     loggers: Vec<Profile>,
+    #[serde(default)]
+    belief: toml::Table,
 }
 
 fn one() -> usize {
@@ -136,6 +138,8 @@ pub struct Track {
     pub loggers: Vec<Profile>,
     /// The motorcycle of the first session, and of all where they do not vary.
     pub own: Motorcycle,
+    /// What its bike file says beside what can be weighed and measured; drawn machines have files of their own.
+    pub belief: toml::Table,
 }
 
 /// A machine on the track: everything that one session is ridden with.
@@ -208,6 +212,7 @@ impl Track {
         if own.tyres.is_none() {
             return Err(file.wrong(format!("motorcycle `{}` has no tyres", own.id)));
         }
+        tour::believed(&own, &given.belief).map_err(|e| file.wrong(e))?;
         Ok(Track {
             name: given.name,
             description: given.description,
@@ -229,6 +234,7 @@ impl Track {
             imu: given.imu,
             loggers: given.loggers,
             own,
+            belief: given.belief,
         })
     }
 
@@ -247,7 +253,7 @@ impl Track {
             let bike = bike(&machine, &motorcycle, BikeFile::Full)?;
             (motorcycle, bike, machine.disturbance)
         } else {
-            let bike = tour::believed(&self.own, &toml::Table::new())?;
+            let bike = tour::believed(&self.own, &self.belief)?;
             (self.own.clone(), bike, self.disturbance)
         };
         bike.bike_id = format!("{}_{:02}", self.name, if self.varied { number + 1 } else { 1 });
@@ -336,4 +342,30 @@ fn waves(density: f64, random: &mut Random) -> Vec<Wave> {
         }
     };
     (0..WAVES).map(wave).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::bike::Axle;
+
+    /// What the first machine's file says of its tyres has an uncertainty, and the truth is within two of it.
+    #[test]
+    fn the_first_machines_file_does_not_deny_its_tyres() {
+        let track = Track::load("track").expect("built in").expect("a track");
+        let entry = track.entry(0, 0).expect("stands");
+        let (motorcycle, bike) = (&entry.model.motorcycle, &entry.bike);
+        let loads = motorcycle.static_loads();
+        let tyres = motorcycle.tyres.as_ref().expect("shod");
+        for (k, axle) in Axle::BOTH.into_iter().enumerate() {
+            let truth = bench(tyres[k].as_ref(), loads[k], 1.0);
+            let ratio = (truth.camber_stiffness / truth.cornering_stiffness).abs();
+            let sd = bike.uncertainty[&format!("{}.side_force_ratio", axle.name())];
+            let off = (bike.wheel(axle).side_force_ratio - ratio) / sd;
+            assert!(off.abs() < 2.0, "{}: {ratio}, {off} standard deviations", axle.name());
+        }
+        let wrong = "name = 'x'\ndescription = 'x'\nlaps = 1\n[belief.front]\nside_forces = 0.1\n";
+        let error = Track::parse(wrong, Path::new("x.toml")).expect_err("no such key").to_string();
+        assert!(error.contains("side_forces"), "{error}");
+    }
 }

@@ -43,4 +43,6 @@ pub struct TyreParameters {
     pub ridden_camber: Option<f64>,
     pub ridden_load_low: f64,
     pub ridden_load_high: f64,
+    pub braked_load_low: Option<f64>,
+    pub braked_load_high: Option<f64>,
 }

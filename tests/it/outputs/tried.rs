@@ -54,7 +54,7 @@ pub const FILES: &[OfFile] = &[
         line: "compare out archive_s0001 others --page AT",
         at: "it.html",
         input: None,
-        holds: "A against B",
+        holds: "archive_s0001 against others",
     },
     OfFile {
         option: "export --out",

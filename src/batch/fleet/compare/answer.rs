@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::words::{noun, percent};
 use super::{Chosen, Comparison};
 use crate::contract::coefficient::Coefficient as C;
-use crate::contract::error_source::{MODEL, RIDES};
+use crate::contract::error_source::{MODEL, RIDES, TYRES};
 use crate::fleet::compare::Verdict;
 use crate::report::next_ride::TITLE;
 use crate::statistics::number_format::count;
@@ -183,13 +183,18 @@ pub(crate) fn undecided(rows: &[&ComparisonRow]) -> Vec<Vec<String>> {
         out.push(paragraph);
     }
     if !limited.is_empty() {
-        let measurable = rows.iter().any(|row| {
-            let by = row.limited_by.as_deref().unwrap_or_default();
-            let is_open = row.verdict == Verdict::NoDifference.name();
-            is_open && row.more_sessions_for_5_percent.is_none() && by != MODEL && by != RIDES
-        });
-        let hint =
-            if measurable { " Numbers of the bike file can be measured better." } else { "" };
+        let is_open = |row: &&&ComparisonRow| {
+            row.verdict == Verdict::NoDifference.name() && row.more_sessions_for_5_percent.is_none()
+        };
+        let by: Vec<&str> =
+            rows.iter().filter(is_open).filter_map(|row| row.limited_by.as_deref()).collect();
+        let mut hint = String::new();
+        if by.contains(&TYRES) {
+            hint += " Sessions on more tyres of each side would.";
+        }
+        if by.iter().any(|by| ![MODEL, RIDES, TYRES].contains(by)) {
+            hint += " Numbers of the bike file can be measured better.";
+        }
         let text = limited.join(", ");
         out.push(vec![format!(
             "No number of such sessions decides, for what limits them (in brackets): {text}.{hint}"

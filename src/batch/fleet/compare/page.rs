@@ -39,6 +39,7 @@ pub(crate) fn html(found: &Comparison, load: f64, same_tyres: bool) -> Result<St
         Paragraph { text, items: lines.map(|l| l.trim().to_owned()).collect() }
     };
     comparison::html(&Content {
+        title: [0, 1].map(|i| found.sides[i].text.as_str()).join(" against "),
         sides: [0, 1].map(|i| about(&found.sides[i])),
         sentences: answer(found, same_tyres).iter().map(|s| typeset_sentence(s)).collect(),
         tyres,

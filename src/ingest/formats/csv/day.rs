@@ -21,6 +21,15 @@ const DATES: [&str; 10] = [
     "дата",
 ];
 const WEEKS: [&str; 5] = ["gps week", "week", "week number", "wn", "gps wn"];
+/// Words of a name that say the order of a date of six digits, and where year, month and day begin.
+const ORDERS: [(&str, [usize; 3]); 6] = [
+    ("ddmmyy", [4, 2, 0]),
+    ("yymmdd", [0, 2, 4]),
+    ("mmddyy", [4, 0, 2]),
+    ("ttmmjj", [4, 2, 0]),
+    ("jjmmtt", [0, 2, 4]),
+    ("jjmmaa", [4, 2, 0]),
+];
 /// Names of year, month, day, hour, minute and second.
 const PARTS: [&[&str]; 6] = [
     &["year", "yyyy", "jahr", "annee", "ano", "anno"],
@@ -61,11 +70,11 @@ pub(crate) fn start_time(seconds: f64) -> Option<String> {
 /// `rows` are the first rows by cells, in the order of `names`.
 pub(super) fn start(names: &[String], rows: &[Vec<String>], clock: usize) -> Option<f64> {
     let row = rows.iter().find(|row| row.get(clock).is_some_and(|c| !c.trim().is_empty()))?;
-    let called = |what: &[&str]| {
+    let place = |what: &[&str]| {
         let is = |(i, name): &(usize, &String)| *i != clock && what.contains(&plain(name).as_str());
-        let at = names.iter().enumerate().find(is)?.0;
-        row.get(at).map(|cell| cell.trim())
+        Some(names.iter().enumerate().find(is)?.0)
     };
+    let called = |what: &[&str]| row.get(place(what)?).map(|cell| cell.trim());
     let number = |text: &str| text.replace(',', ".").parse::<f64>().ok();
     let cell = row[clock].trim();
     let name = plain(names.get(clock)?);
@@ -84,8 +93,23 @@ pub(super) fn start(names: &[String], rows: &[Vec<String>], clock: usize) -> Opt
         let fits = is_week && name.contains("tow") && (0.0..7.0 * DAY).contains(&of_week);
         return fits.then_some(GPS.0 + 7.0 * DAY * week + of_week - GPS.1);
     }
-    let day = text::day(called(&DATES)?)?;
+    let day = day(&names[place(&DATES)?], called(&DATES)?)?;
     Some(day as f64 * DAY + of_day(cell)?)
+}
+
+/// Days since 1970 of a date in a column of some name. Six digits are in the order that the name says, else day first, as
+/// receivers write them; a spreadsheet has taken the nought in front of five.
+fn day(name: &str, cell: &str) -> Option<i64> {
+    let is_number = (5..=6).contains(&cell.len()) && cell.bytes().all(|b| b.is_ascii_digit());
+    let digits = if is_number { format!("{cell:0>6}") } else { cell.to_owned() };
+    let order = folded(name).split(' ').find_map(|word| ORDERS.iter().find(|o| o.0 == word));
+    match order.filter(|_| is_number) {
+        Some((_, places)) => {
+            let [year, month, day] = places.map(|at| digits.get(at..at + 2)?.parse::<f64>().ok());
+            day_of(year?, month?, day?)
+        }
+        None => text::day(&digits),
+    }
 }
 
 /// s of a time of day: as it is written, or six digits with parts of a second behind them.
@@ -100,8 +124,11 @@ fn of_day(cell: &str) -> Option<f64> {
     of_digits(&[cell.replace(',', ".").parse().ok()?], 1.0)?.first().copied()
 }
 
+/// A name without unit and order of the digits.
 fn plain(name: &str) -> String {
-    folded(crate::ingest::maps::units::of_name(name).0)
+    let whole = folded(crate::ingest::maps::units::of_name(name).0);
+    let words = whole.split(' ').filter(|word| !ORDERS.iter().any(|o| o.0 == *word));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -135,6 +162,19 @@ mod tests {
         ] {
             assert_eq!(of(&["Date", "v", "Time"], &[date, "1", time], 2), Some(START), "{date}");
         }
+        // six digits are as the name says, and may have lost their nought
+        for (name, date) in [
+            ("Date (yymmdd)", "261024"),
+            ("date_yymmdd", "261024"),
+            ("Date [mmddyy]", "102426"),
+            ("Datum (TTMMJJ)", "241026"),
+            ("GPS Date (ddmmyy)", "241026"),
+        ] {
+            assert_eq!(of(&[name, "Time"], &[date, "095945.00"], 1), Some(START), "{name}");
+        }
+        let early = Some(START - 20.0 * DAY);
+        assert_eq!(of(&["Date", "Time"], &["41026", "095945.00"], 1), early, "4 October");
+        assert_eq!(of(&["Date (yymmdd)", "Time"], &["321340", "095945"], 1), None);
         assert_eq!(
             of(&["Datum", "Uhrzeit"], &["10/11/2026", "09:59:45"], 1),
             None,

@@ -17,7 +17,7 @@ use crate::ingest::error::Error;
 use crate::ingest::formats::can::database::Database;
 use crate::ingest::formats::format::Head;
 use crate::ingest::formats::format::{Format, guarded};
-use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel, number_twins};
 use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::store::objects::{Location, source};
 
@@ -63,6 +63,7 @@ impl Format for Mdf {
                 File::Three(file) => v3::list(file),
             };
             listing.warnings.extend(warnings);
+            number_twins(&mut listing.channels);
             Ok(listing)
         })
     }

@@ -153,7 +153,6 @@ pub(super) fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Lo
         }
         at = u64::from(u32_at(&block, 4));
     }
-    number_twins(&mut log.channels);
     Ok(Some(log))
 }
 
@@ -210,18 +209,6 @@ fn channel(block: &[u8; CHANNEL]) -> std::result::Result<Channel, String> {
         factor: multiplier / (f64::from(scale) * 10_f64.powi(i32::from(decimals))),
         offset: f64::from(shift) * multiplier,
     })
-}
-
-/// Channels of one name get a number from the second on, so that names are unique.
-fn number_twins(channels: &mut [Channel]) {
-    let mut seen = std::collections::HashMap::new();
-    for channel in channels {
-        let count = seen.entry(channel.name.clone()).or_insert(0);
-        *count += 1;
-        if *count > 1 {
-            channel.name = format!("{} #{count}", channel.name);
-        }
-    }
 }
 
 /// A channel's samples, as many of the header's number as the file holds.
@@ -287,16 +274,16 @@ fn u32_at(bytes: &[u8], at: usize) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::io::Cursor;
 
     use super::*;
 
     /// Name, kind, bytes, shift, multiplier, scale and decimals, samples.
-    type Made<'a> = (&'a str, u16, u16, [i16; 4], Vec<u8>);
+    pub(in crate::ingest::formats::motec) type Made<'a> = (&'a str, u16, u16, [i16; 4], Vec<u8>);
 
     /// A file with channels of every kind.
-    fn file(channels: &[Made<'_>]) -> Vec<u8> {
+    pub(in crate::ingest::formats::motec) fn file(channels: &[Made<'_>]) -> Vec<u8> {
         let mut out = vec![0; HEADER];
         out[0] = 64;
         for (at, text) in
@@ -387,7 +374,7 @@ mod tests {
         let whole =
             file(&[("a", 3, 2, [0, 1, 1, 0], vec![1, 0]), ("a", 3, 2, [0, 1, 1, 0], vec![2, 0])]);
         let (log, values) = read(&whole);
-        assert_eq!([log.channels[0].name.as_str(), log.channels[1].name.as_str()], ["a", "a #2"]);
+        assert_eq!([log.channels[0].name.as_str(), log.channels[1].name.as_str()], ["a", "a"]);
         assert_eq!(values, [[1.0], [2.0]]);
         let second = HEADER + 124;
         // a circle

@@ -10,7 +10,7 @@ use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::formats::format::Format;
 use crate::ingest::formats::format::Head;
-use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel, number_twins};
 use crate::ingest::formats::text_export::facts;
 use crate::ingest::ident;
 use crate::ingest::maps::{ShippedMap, shipped_map};
@@ -71,8 +71,11 @@ impl Format for Ld {
             meta.bike_id.clear(); // the folder that the user chose is a better source than the header
         }
         let about = ld::about(&mut file, size).map_err(|e| Error::unreadable(log, &e))?;
+        let mut channels: Vec<SourceChannel> =
+            contents.channels.iter().enumerate().map(channel).collect();
+        number_twins(&mut channels);
         Ok(Listing {
-            channels: contents.channels.iter().enumerate().map(channel).collect(),
+            channels,
             meta,
             facts: about.into_iter().filter(|(_, v)| !v.is_empty()).collect(),
             warnings,
@@ -112,4 +115,32 @@ fn open(log: &Location) -> Result<(BufReader<Source>, u64, ld::Log), Error> {
         return Err(Error::new(RejectionCode::NoChannels, format!("{log} has no channels{why}")));
     }
     Ok((file, size, contents))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_of_one_name_are_read_by_their_number() {
+        let number = [0, 1, 1, 0];
+        let bytes = ld::tests::file(&[
+            ("v", 3, 2, number, vec![1, 0]),
+            ("rpm", 3, 2, number, vec![9, 0]),
+            ("v", 3, 2, number, vec![2, 0]),
+        ]);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("twins.ld");
+        std::fs::write(&path, bytes).expect("written");
+        let log = Location::from(path);
+        let listing = Ld::list(&log, &Aids::default()).expect("a log");
+        let error = listing.find("v").expect_err("which of them?");
+        assert_eq!(error.code.as_str(), "ambiguous_column");
+        assert!(error.message.contains("v #1, v #2"), "{error}");
+        let wanted = ["v #2", "rpm", "v #1"].map(|name| listing.find(name).expect(name));
+        let columns = Ld::decode(&log, &Aids::default(), &wanted).expect("a log").columns;
+        let found: Vec<(&str, &[f64])> =
+            columns.iter().map(|c| (c.name.as_str(), c.values.as_slice())).collect();
+        assert_eq!(found, [("v #2", &[2.0][..]), ("rpm", &[9.0]), ("v #1", &[1.0])]);
+    }
 }

@@ -130,7 +130,7 @@ pub(crate) fn moment(text: &str) -> Option<String> {
 /// The warning that goes with such a start.
 pub(crate) fn wall_clock(start: &str) -> Warning {
     let message = format!(
-        "the start {} is the logger's own clock, whose time zone is not told; it is kept as if it \
+        "the start {} is the logger's own clock, whose time zone is unknown; it is kept as if it \
          were UTC",
         start.trim_end_matches('Z')
     );

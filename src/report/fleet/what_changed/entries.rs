@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::report::fleet::what_changed::evidence::{Evidence, Way};
+use crate::report::fleet::what_changed::evidence::{Evidence, Way, as_sentence};
 use crate::report::fleet::what_changed::related::are_related;
 use crate::report::fleet::what_changed::rides::Rides;
 use crate::statistics::number_format::typeset_sentence;
@@ -26,6 +26,17 @@ impl Entry {
         self.evidence.first().map(|e| place(&e.row)).unwrap_or_default()
     }
 
+    /// Which rides one way says, where the place of the entry does not say it: `Since s07 (2026-05-08, rear tyre soft). `.
+    fn own_place(&self, of: &Evidence) -> String {
+        let Some(first) = self.evidence.first() else { return String::new() };
+        let is_elsewhere = of.row.ident.session_id != first.row.ident.session_id;
+        let is_more = of.row.in_common.is_some() && of.row.in_common != first.row.in_common;
+        match is_elsewhere || is_more {
+            true => format!("{} ", as_sentence(&place(&of.row))),
+            false => String::new(),
+        }
+    }
+
     /// The largest size over its standard error.
     pub(crate) fn strength(&self) -> f64 {
         self.evidence.iter().map(Evidence::strength).fold(0.0, f64::max)
@@ -37,7 +48,7 @@ impl Entry {
         let line = |e: &Evidence| Line {
             sentence: typeset_sentence(&e.row.sentence),
             way: e.way.words(),
-            detail: e.detail.clone(),
+            detail: format!("{}{}", self.own_place(e), e.detail),
         };
         Shown {
             place: self.place(),

@@ -196,7 +196,7 @@ pub(crate) fn words(quantity: &Quantity) -> String {
 }
 
 /// A clause with a capital letter and a full stop; nothing of an empty one.
-fn as_sentence(clause: &str) -> String {
+pub(super) fn as_sentence(clause: &str) -> String {
     let mut letters = clause.chars();
     match letters.next() {
         Some(first) => format!("{}{}.", first.to_uppercase(), letters.as_str()),

@@ -127,6 +127,15 @@ fn what_both_ways_say_of_the_same_rides_is_one_entry() {
             ("s10 (2026-05-11)".to_owned(), vec![Way::Rides]),
         ]
     );
+    // the tyre that the log names is not lost with the second way's place
+    let details = |i: usize| -> Vec<String> {
+        all[i].shown(&rides).lines.into_iter().map(|line| line.detail).collect()
+    };
+    let both = details(2);
+    assert!(!both[0].contains("rear tyre soft"), "{both:?}");
+    assert!(both[1].starts_with("Since s07 (2026-05-08, rear tyre soft). "), "{both:?}");
+    // of the same rides it says nothing twice
+    assert!(!details(3).concat().contains("s10"));
 }
 
 #[test]
