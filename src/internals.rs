@@ -460,7 +460,7 @@ pub mod report {
             pub use crate::report::export::motorcycle::write;
         }
         pub mod parameters {
-            pub use crate::report::export::parameters::tyre;
+            pub use crate::report::export::row_tyre::tyre;
         }
         pub mod reduced {
             pub use crate::report::export::reduced::write;

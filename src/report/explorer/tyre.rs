@@ -8,7 +8,7 @@ use crate::report::charts::pack;
 use crate::report::explorer::pooled::Pooled;
 use crate::report::export::curve_bands::{Curve, Curves};
 use crate::report::export::force_bands::bounded_loads;
-use crate::report::export::parameters;
+use crate::report::export::row_tyre;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, PlotPoint, Status, TyreParameters};
 use crate::tyre::magic_formula::slip_ratio;
@@ -264,7 +264,7 @@ fn is_determined(coefficients: &[Coefficient], tyre: &str, asked: C) -> Option<b
 }
 
 fn checks(row: &TyreParameters) -> Vec<([f64; 5], [f64; 4])> {
-    let tyre = parameters::tyre(row);
+    let tyre = row_tyre::tyre(row);
     let of = |[slip_ratio, slip_angle, camber, share, friction]: [f64; 5]| {
         let load = share * row.load_at_rest;
         let out = tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction });

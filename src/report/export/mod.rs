@@ -39,6 +39,7 @@ pub(crate) mod over_load;
 pub(crate) mod parameters;
 pub(crate) mod ranges;
 pub(crate) mod reduced;
+pub(crate) mod row_tyre;
 pub(crate) mod shape;
 pub(crate) mod tydex;
 pub(crate) mod tyre;

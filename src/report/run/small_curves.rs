@@ -3,7 +3,7 @@
 //! METHOD: the tyre's model at the load at rest on the road that was ridden. Solid where the slip was ridden, dashed beyond;
 //! the peak is marked where it was ridden.
 
-use crate::report::export::parameters;
+use crate::report::export::row_tyre;
 use crate::report::inline_svg::{self, Stroke};
 use crate::store::tables::rows::TyreParameters;
 use crate::tyre::paper::Input;
@@ -21,7 +21,7 @@ const FRICTION: f64 = 1.5;
 /// Friction over slip ratio while braking, as SVG with its words. Empty where braking was not ridden.
 pub(crate) fn friction(row: &TyreParameters) -> Option<String> {
     let ridden = -row.ridden_slip_low.filter(|low| row.longitudinal && *low < 0.0)?;
-    let tyre = parameters::tyre(row);
+    let tyre = row_tyre::tyre(row);
     let load = row.load_at_rest;
     let at = |slip: f64| {
         let input = Input { slip_ratio: -slip, slip_angle: 0.0, camber: 0.0, load, friction: 1.0 };
@@ -45,7 +45,7 @@ pub(crate) fn friction(row: &TyreParameters) -> Option<String> {
 /// Side force over slip angle of the upright tyre. Empty where the model has none.
 pub(crate) fn side_force(row: &TyreParameters) -> Option<String> {
     let ridden = row.ridden_slip_angle.filter(|_| row.lateral)?.abs();
-    let tyre = parameters::tyre(row);
+    let tyre = row_tyre::tyre(row);
     let load = row.load_at_rest;
     let at = |slip_angle: f64| {
         let input = Input { slip_ratio: 0.0, slip_angle, camber: 0.0, load, friction: 1.0 };
