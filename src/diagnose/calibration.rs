@@ -50,7 +50,8 @@ pub(crate) fn threshold(mut largest_scores: Vec<f64>) -> f64 {
     let (low, share) = (place.floor() as usize, place.fract());
     let high = largest_scores[(low + 1).min(largest_scores.len() - 1)];
     // a few simulations that set their own bias and spread: the threshold is raised by 1/n
-    (1.0 + 1.0 / largest_scores.len() as f64) * (largest_scores[low] + share * (high - largest_scores[low]))
+    (1.0 + 1.0 / largest_scores.len() as f64)
+        * (largest_scores[low] + share * (high - largest_scores[low]))
 }
 
 /// Root mean square of the residuals in each cell.

@@ -122,7 +122,12 @@ pub(crate) trait Engine {
     ) -> Option<Refusal>;
 
     /// The next stage, whose model includes the last of `named`.
-    fn add_cause(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
+    fn add_cause(
+        &self,
+        stage: Self::Stage,
+        refit: Refit<Self::Model>,
+        named: &[Cause],
+    ) -> Self::Stage;
 
     /// Tests the causes once more (steps 7 to 9 of section 2.5). `judged` are the open candidates of the last stage.
     fn confirm(
