@@ -48,16 +48,7 @@ fn ridden(scenario: &Scenario, machine: &Machine) -> (Session, Vec<Segment>) {
     let pipeline = Pipeline::onroad();
     let mut filtered = session.clone();
     filter::run(&mut filtered, &pipeline.filter);
-    let mut segments = segment::run(&filtered, &machine.bike, &pipeline.segment);
-    let kinds: Vec<_> = segments.iter().map(|s| s.kind).collect();
-    for kind in kinds {
-        // the first, the middle and the last: heat and wear show between them
-        let own: Vec<usize> =
-            (0..segments.len()).filter(|&i| segments[i].used && segments[i].kind == kind).collect();
-        let kept = [own.first(), own.get(own.len() / 2), own.last()];
-        let dropped = own.iter().filter(|i| !kept.contains(&Some(i)));
-        dropped.for_each(|&i| segments[i].used = false);
-    }
+    let segments = segment::run(&filtered, &machine.bike, &pipeline.segment);
     (session, segments)
 }
 

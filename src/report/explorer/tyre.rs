@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_longitudinal_force_has_an_interval_near_the_loads_of_braking() {
         let row = TyreParameters { load_at_rest: 1150.0, ..TyreParameters::default() };
-        assert_eq!(bounded(&row).map(f64::round), [1000.0, 1322.0]);
+        assert_eq!(bounded(&row).map(f64::round), [1000.0, 1323.0]);
         let braked =
             TyreParameters { braked_load_low: Some(690.0), braked_load_high: Some(2000.0), ..row };
         assert_eq!(bounded(&braked).map(f64::round), [600.0, 2300.0]);
