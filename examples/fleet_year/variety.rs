@@ -1,4 +1,4 @@
-//! From which variety of rides on the side-force ratio, the crowns and the height of the centre of mass are told.
+//! From which variety of rides on the side-force ratio, the crowns and the height of the centre of mass are determined.
 
 use std::path::Path;
 

@@ -5,8 +5,8 @@
 //! (23) (m + sum(I/R^2)) a_x = -c_drag v_x^2 - c_rol m g [- m g grade direction]
 //! ```
 //!
-//! The radius is that under the load at rest, without slip. A coasting wheel has a little of both: rolling resistance
-//! puts load on the front, and the road slows the wheels by a slip ([`free_speed`]).
+//! The radius is that of a freely rolling wheel under the load at rest. A coasting wheel differs a little: rolling
+//! resistance puts load on the front, and the inertia of the wheels makes them slip ([`free_speed`]).
 //!
 //! A ride without enough coasting still determines the front radius: the undriven wheel rolls
 //! freely under gentle engine power too ([`free_rolling`]).
@@ -106,8 +106,8 @@ impl Coasting {
     }
 }
 
-/// Speed `R omega` (m/s) of a wheel without brake and engine, had it the load at rest and no slip; `v` is what the
-/// motorcycle has. Under engine power (`driven`) the loads follow the acceleration, else rolling resistance.
+/// Speed `R omega` (m/s) of a wheel without brake and engine, had it the load at rest and no slip of its inertia; `v` is
+/// that of the motorcycle. Under engine power (`driven`) the loads follow the acceleration, else rolling resistance.
 ///
 /// Together 0.02 to 0.03 % of a coasting front wheel's radius, nearly what its interval is.
 fn free_speed(x: &Samples, i: usize, inputs: &Inputs, wheel: usize, v: f64, driven: bool) -> f64 {

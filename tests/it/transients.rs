@@ -1,5 +1,7 @@
 //! Stiffness and side force ratio from changing lean: slaloms of a machine of the population, whose tyres are known.
 
+use std::path::Path;
+
 use roadbench::internals::contract::bike::{Axle, Bike};
 use roadbench::internals::contract::coefficient::{Coefficient as C, Id};
 use roadbench::internals::ingest::write_session;
@@ -10,7 +12,19 @@ use roadbench::internals::simulate::population::ride;
 use roadbench::internals::simulate::tour::Tour;
 use roadbench::internals::simulate::{multibody_ride, tyre_truth};
 use roadbench::internals::store::objects::Location;
-use roadbench::internals::store::tables::rows::Status;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
+
+/// Coefficients of a log.
+fn characterised(log: &Path, bike: &Bike, pipeline: &Pipeline) -> Vec<Coefficient> {
+    let input = Input {
+        log: Location::from(log),
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: false,
+    };
+    pipeline::run(&input, bike, pipeline).expect("characterised").coefficients
+}
 
 #[test]
 fn fast_slaloms_give_stiffness_and_ratio_of_both_tyres() {
@@ -23,14 +37,7 @@ fn fast_slaloms_give_stiffness_and_ratio_of_both_tyres() {
     let run = |enabled: bool| {
         let mut pipeline = Pipeline::onroad();
         pipeline.transients.enabled = enabled;
-        let input = Input {
-            log: Location::from(log.as_path()),
-            maps: &[],
-            input_hash: String::new(),
-            pipeline_hash: String::new(),
-            signals: false,
-        };
-        pipeline::run(&input, &ridden.tour.bike, &pipeline).expect("characterised").coefficients
+        characterised(&log, &ridden.tour.bike, &pipeline)
     };
     let (with, without) = (run(true), run(false));
     let truth = ridden.truth(&Pipeline::onroad().estimate);
@@ -38,10 +45,9 @@ fn fast_slaloms_give_stiffness_and_ratio_of_both_tyres() {
         for coefficient in [C::CorneringStiffness0, C::CamberStiffness0, C::SideForceRatio] {
             let id = Id::from((axle, coefficient));
             let true_value = truth.iter().find(|(known, _)| *known == id).expect("known").1;
-            let own = |rows: &[roadbench::internals::store::tables::rows::Coefficient]| {
-                let is_own = |r: &&roadbench::internals::store::tables::rows::Coefficient| {
-                    r.tyre == axle.name() && r.coefficient == coefficient.name()
-                };
+            let own = |rows: &[Coefficient]| {
+                let is_own =
+                    |r: &&Coefficient| r.tyre == axle.name() && r.coefficient == coefficient.name();
                 rows.iter().find(is_own).expect("a row").clone()
             };
             let row = own(&with);
@@ -70,19 +76,11 @@ fn missed(tour: &Tour, bike: &Bike, sessions: impl Iterator<Item = usize>) -> Ve
         let ride = multibody_ride::ridden(tour, number).expect("ridden");
         let log = folder.path().join(format!("ride_{number}.parquet"));
         write_session(&log, &ride.session, false).expect("written");
-        let input = Input {
-            log: Location::from(log.as_path()),
-            maps: &[],
-            input_hash: String::new(),
-            pipeline_hash: String::new(),
-            signals: false,
-        };
-        let rows = pipeline::run(&input, bike, &Pipeline::onroad()).expect("characterised");
+        let rows = characterised(&log, bike, &Pipeline::onroad());
         for axle in Axle::BOTH {
             let id = Id::from((axle, C::CorneringStiffness0));
             let true_value = truth.iter().find(|(known, _)| *known == id).expect("known").1;
             let row = rows
-                .coefficients
                 .iter()
                 .find(|r| r.tyre == axle.name() && r.coefficient == C::CorneringStiffness0.name());
             let row = row.expect("a row");

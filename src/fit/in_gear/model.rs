@@ -17,9 +17,9 @@
 //! k = g (h - rho) sin(phi) / (rho + (h - rho + sum(I_i/R_i)/m) cos(phi)) / v^2    path's curvature: balance of roll
 //! ```
 //! A tyre's crown stands on its side in a bend and the wheels' spin rights the motorcycle: it is leant by a tenth to a
-//! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes what is left of
+//! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes the rest of
 //! `F`; under the front brake with closed throttle the rear one is the engine's and its own brake's, and the front one
-//! takes what is left. Rolling resistance needs no slip, because radii are those of a freely rolling wheel: it is in
+//! takes the rest. Rolling resistance needs no slip, because radii are those of a freely rolling wheel: it is in
 //! the balance and not in the slip forces.
 
 use super::columns::{Columns, FREE_PRESSURE};

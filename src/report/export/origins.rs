@@ -62,7 +62,8 @@ pub(crate) fn of(fitted: &Fitted, c: &Characterised, name: &str) -> Option<Strin
             "assumed: bike file, or 1, which leaves the tangent of camber as it is".to_owned()
         }
         "reference_friction" => "set: --friction".to_owned(),
-        "peak_slip" => own(C::PeakSlip),
+        // pages and terminal have the slip ratio
+        "peak_slip" => format!("{}; sigma = kappa/(1 - kappa)", own(C::PeakSlip)),
         "lateral_peak" => {
             "not reached: the largest side force over load that was ridden".to_owned()
         }

@@ -97,7 +97,7 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
 pub(super) fn imu(noise: f64, r: &mut Random) -> Imu {
     let mounting = [0; 3].map(|_| 0.001 * r.normal());
     Imu {
-        // units give the accelerations of the centre of mass: what is left of a lever arm that was measured
+        // units give the accelerations of the centre of mass: the rest of a lever arm that was measured
         position: [0; 3].map(|_| within(r, 0.0, 0.02, 2.0)),
         mounting,
         // zeros are effects: these tilt the attitude by a third of what shows
