@@ -1,8 +1,8 @@
-//! How much each constant of the naming on the road decides: every one is put to two thirds and to four
+//! How much each constant of the identification on the road decides: every one is put to two thirds and to four
 //! thirds of its value, and the verdicts that change on simulated rides are counted.
 //!
 //! A ride is simulated and fitted once. Its namings keep what they compute (`Prepared::keeping`), so one by
-//! another constant costs only the models and fault-free simulations that no naming before it has met.
+//! another constant costs only the models and fault-free simulations that no identification before it has met.
 //!
 //! ```text
 //! cargo run --release --example constants -- --rides 20 > book/src/reference/constants.md
@@ -16,7 +16,7 @@ use clap::Parser;
 use rayon::ThreadPoolBuilder;
 use roadbench::internals::contract::verdict::Verdict;
 use roadbench::internals::diagnose::Settings;
-use roadbench::internals::diagnose::cause::Naming;
+use roadbench::internals::diagnose::cause::Identification;
 use roadbench::internals::diagnose::road::{self, Prepared};
 use roadbench::internals::diagnose::tuning::{self, ROAD, RoadTuning};
 use roadbench::internals::pipeline::Pipeline;
@@ -41,9 +41,9 @@ const KINDS: [Kind; 5] = [Kind::Single, Kind::Double, Kind::Single, Kind::Foreig
 /// Verdict of every candidate and of the ride.
 type Verdicts = BTreeMap<&'static str, Verdict>;
 
-fn verdicts<M>(naming: &Naming<M>) -> Verdicts {
-    let ride = if naming.unexplained { Verdict::Unexplained } else { Verdict::NotNeeded };
-    let causes = naming.causes.iter().map(|c| (c.candidate.name, c.verdict));
+fn verdicts<M>(identification: &Identification<M>) -> Verdicts {
+    let ride = if identification.unexplained { Verdict::Unexplained } else { Verdict::NotNeeded };
+    let causes = identification.causes.iter().map(|c| (c.candidate.name, c.verdict));
     causes.chain([("(ride)", ride)]).collect()
 }
 
@@ -55,13 +55,13 @@ fn changes(seed: u64, number: usize, nulls: usize) -> Option<Vec<[usize; 2]>> {
     let settings = Settings { nulls, ..Settings::default() };
     let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).ok()?;
     let prepared = Prepared::new(&fitted, &settings).keeping();
-    let usual = verdicts(&prepared.naming(&RoadTuning::default()));
+    let usual = verdicts(&prepared.identification(&RoadTuning::default()));
     let count = |index: usize, share: f64| {
         let mut tuning = RoadTuning::default();
         let constant = ROAD[index];
         let value = share * (constant.get)(&tuning);
         (constant.set)(&mut tuning, value);
-        let now = verdicts(&prepared.naming(&tuning));
+        let now = verdicts(&prepared.identification(&tuning));
         now.iter().filter(|(name, verdict)| usual.get(*name) != Some(verdict)).count()
     };
     let counts = |k| [2.0 / 3.0, 4.0 / 3.0].map(|share| count(k, share));

@@ -1,4 +1,4 @@
-//! What naming an effect gains in the simulation: one ride with each effect hidden, on the reduced-order motorcycle
+//! Gain of an identified effect in the simulation: one ride with each effect hidden, on the reduced-order motorcycle
 //! and on machines of the multibody population; errors on manoeuvres that the fit had not seen.
 //!
 //! ```text
@@ -42,7 +42,7 @@ struct Arguments {
 /// On which motorcycle.
 const SUITES: [&str; 2] = ["reduced", "population"];
 
-/// Noise floors from which what an effect does is asked to fall.
+/// Least contribution of an effect, in multiples of the noise-only rms, whose error is asked to fall.
 const ASKED: f64 = 2.0;
 /// Rise that is one.
 const WORSE: f64 = 1.1;
@@ -80,7 +80,7 @@ fn answer(case: &Case, suite: &str, nulls: usize) -> Option<Answer> {
     let found = road::diagnose(&session, &bike, &pipeline, &settings).ok()?;
     let truth = oracle::errors_with_the_truth(&session, &bike, &pipeline, &truth).ok()?;
     let is_named = |v: Verdict| matches!(v, Verdict::Named | Verdict::Ambiguous);
-    let named = found.naming.causes.iter().filter(|c| is_named(c.verdict));
+    let named = found.identification.causes.iter().filter(|c| is_named(c.verdict));
     Some(Answer {
         named: named.map(|c| c.candidate.name).collect(),
         errors: found.simulation_errors,
@@ -174,7 +174,7 @@ fn main() {
     }
 }
 
-/// Errors of every channel, in noise floors: root mean squares over effects and kinds of manoeuvres.
+/// Errors of every channel, in multiples of the noise-only rms: root mean squares over effects and kinds of manoeuvres.
 fn by_channel(answers: &[(&Effect, &Answer)]) {
     println!(
         "| channel | kinds | base | extended | true effect | where named: kinds | base | extended | true effect | within a tenth of the true one's |"

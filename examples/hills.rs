@@ -18,7 +18,7 @@ use roadbench::internals::pipeline::{Pipeline, characterise};
 use roadbench::internals::simulate::scenario::Scenario;
 use roadbench::internals::simulate::sensors::Sensor;
 use roadbench::internals::simulate::{session, truth};
-use roadbench::internals::store::tables::rows::Status;
+use roadbench::internals::store::tables::rows::{Coefficient as Row, Status};
 use roadbench::internals::tyre::formulation::Formulation;
 
 /// What is compared.
@@ -31,15 +31,6 @@ pub const ASKED: [(Part, Coefficient); 7] = [
     (Part::Front, Coefficient::SlipStiffness),
     (Part::Rear, Coefficient::SlipStiffness),
 ];
-
-/// A road and what the logger sees of it.
-#[derive(Debug, Clone, Copy)]
-pub struct Road {
-    /// Standard deviation of the slope from stretch to stretch, rise over run.
-    pub grade: f64,
-    /// Whether the logger has an altitude.
-    pub altitude: bool,
-}
 
 /// One coefficient of all rides.
 #[derive(Debug, Clone, Default)]
@@ -54,11 +45,15 @@ pub struct Tally {
     pub inside: usize,
 }
 
-/// Rides of as many motorcycles.
-pub fn ridden(road: Road, rides: usize, seed: u64) -> BTreeMap<String, Tally> {
+/// Coefficients of all rides, by name.
+pub type Tallies = BTreeMap<String, Tally>;
+
+/// Rides of as many motorcycles on slopes of a standard deviation (rise over run, from stretch to stretch): what comes out
+/// where the logger has no altitude, and where it has one.
+pub fn ridden(grade: f64, rides: usize, seed: u64) -> [Tallies; 2] {
     let mut scenario = Scenario::builtin("naturalistic").expect("built in");
     scenario.seed = seed;
-    scenario.disturbance.grade = road.grade;
+    scenario.disturbance.grade = grade;
     scenario.disturbance.bend = 40.0;
     // a receiver: metres of slow error, decimetres of noise
     let receiver = Sensor {
@@ -73,46 +68,50 @@ pub fn ridden(road: Road, rides: usize, seed: u64) -> BTreeMap<String, Tally> {
     let pipeline = Pipeline::onroad();
     let of = |number: usize| {
         let machine = scenario.machine(number);
-        let mut simulated = session(&scenario, &machine, number);
-        if !road.altitude {
-            simulated.session.remove(Channel::Altitude);
-        }
-        let log = simulated.session.clone();
-        let done = characterise(log, &machine.bike, &pipeline, Formulation::Corrected);
-        let settings = fit::Config::default();
-        let rows = coefficients::rows(
-            &done.solution,
-            &machine.bike,
-            &settings,
-            &|_| None,
-            &Default::default(),
-            &Default::default(),
-        );
-        let truth: Vec<(Id, f64)> =
-            truth::coefficients(&machine.plant, &simulated, &pipeline.estimate);
+        let simulated = session(&scenario, &machine, number);
+        let truth = truth::coefficients(&machine.plant, &simulated, &pipeline.estimate);
+        let rows = [false, true].map(|has_altitude| {
+            let mut log = simulated.session.clone();
+            if !has_altitude {
+                log.remove(Channel::Altitude);
+            }
+            let done = characterise(log, &machine.bike, &pipeline, Formulation::Corrected);
+            coefficients::rows(
+                &done.solution,
+                &machine.bike,
+                &fit::Config::default(),
+                &|_| None,
+                &Default::default(),
+                &Default::default(),
+            )
+        });
         (rows, truth)
     };
     let all: Vec<_> = (0..rides).into_par_iter().map(of).collect();
-    let mut tallies = BTreeMap::new();
-    for (rows, truth) in all {
-        for (part, coefficient) in ASKED {
-            let id = Id::from((part, coefficient));
-            let Some((_, truth)) = truth.iter().find(|(of, _)| *of == id) else { continue };
-            let own = |c: &&_| {
-                let c: &roadbench::internals::store::tables::rows::Coefficient = c;
-                c.tyre == part.name() && c.coefficient == coefficient.name()
-            };
-            let Some(row) = rows.iter().find(own) else { continue };
-            let tally: &mut Tally = tallies.entry(id.to_string()).or_default();
-            tally.errors.extend(row.value.map(|value| value / truth - 1.0));
-            if let (Status::Ok, Some(low), Some(high)) = (row.status, row.ci95_low, row.ci95_high) {
-                tally.ok += 1;
-                tally.inside += usize::from((low..=high).contains(truth));
-                tally.widths.push(0.5 * (high - low) / truth);
-            }
+    let mut tallies = [Tallies::new(), Tallies::new()];
+    for (rows, truth) in &all {
+        for (tallies, rows) in tallies.iter_mut().zip(rows) {
+            add(tallies, rows, truth);
         }
     }
     tallies
+}
+
+/// Adds the coefficients of a ride.
+fn add(tallies: &mut Tallies, rows: &[Row], truth: &[(Id, f64)]) {
+    for (part, coefficient) in ASKED {
+        let id = Id::from((part, coefficient));
+        let Some((_, truth)) = truth.iter().find(|(of, _)| *of == id) else { continue };
+        let is_it = |c: &&Row| c.tyre == part.name() && c.coefficient == coefficient.name();
+        let Some(row) = rows.iter().find(is_it) else { continue };
+        let tally: &mut Tally = tallies.entry(id.to_string()).or_default();
+        tally.errors.extend(row.value.map(|value| value / truth - 1.0));
+        if let (Status::Ok, Some(low), Some(high)) = (row.status, row.ci95_low, row.ci95_high) {
+            tally.ok += 1;
+            tally.inside += usize::from((low..=high).contains(truth));
+            tally.widths.push(0.5 * (high - low) / truth);
+        }
+    }
 }
 
 /// Median of absolute values.
@@ -140,8 +139,8 @@ fn main() {
     );
     println!("|---|---|---|---|---|---|---|");
     for grade in [0.0, 0.045] {
-        for altitude in [false, true] {
-            for (id, t) in ridden(Road { grade, altitude }, rides, seed) {
+        for (altitude, tallies) in [false, true].into_iter().zip(ridden(grade, rides, seed)) {
+            for (id, t) in tallies {
                 println!(
                     "| {:.1} % | {} | {id} | {:.1} % | {:.1} % | {} of {rides} | {} |",
                     100.0 * grade,

@@ -105,7 +105,7 @@ fn ask(case: Case, nulls: usize) -> Option<Answer> {
         limit: found.calibration.limit(place) * effect.typical.abs(),
         spread: found.calibration.scale.spread[place] * effect.typical.abs(),
         bias: found.calibration.bias[place] * effect.typical.abs(),
-        named: found.naming.causes.iter().find(of_effect).map(|c| c.value()),
+        named: found.identification.causes.iter().find(of_effect).map(|c| c.value()),
         of_run: late.and_then(|w| milliseconds(&w.message)).map(|ms| 1e-3 * ms),
     })
 }

@@ -45,7 +45,7 @@ pub mod batch {
             pub use crate::batch::store::folder::Store;
         }
         pub mod forget {
-            pub use crate::batch::store::forget::{Which, forget};
+            pub use crate::batch::store::forget::{Selection, forget};
         }
         pub mod kind {
             pub use crate::batch::store::kind::{DIAGNOSE, Kind, RUN};
@@ -60,7 +60,7 @@ pub mod batch {
             pub use crate::batch::store::reading::Reading;
         }
         pub mod verify {
-            pub use crate::batch::store::verify::{Wrong, mend, verify};
+            pub use crate::batch::store::verify::{FindingKind, mend, verify};
         }
     }
     pub mod workers {
@@ -127,7 +127,7 @@ pub mod diagnose {
         pub use crate::diagnose::calibration::rms;
     }
     pub mod cause {
-        pub use crate::diagnose::cause::{Cause, Naming, Objection, Refusal};
+        pub use crate::diagnose::cause::{Cause, Identification, Objection, Refusal};
     }
     pub mod levels {
         pub use crate::diagnose::levels::{Member, Pooling};
@@ -373,7 +373,7 @@ pub mod ingest {
         pub mod propose {
             pub mod compare {
                 pub use crate::ingest::maps::propose::compare::{compare, mend};
-                pub use crate::ingest::maps::propose::finding::Wrong;
+                pub use crate::ingest::maps::propose::finding::FindingKind;
             }
             pub mod physics {
                 pub use crate::ingest::maps::propose::physics::verdict::{Verdict, Verdicts};
@@ -509,7 +509,7 @@ pub mod segment {
         pub use crate::segment::laps::config::Config;
         pub use crate::segment::laps::{detect, look};
         pub mod find {
-            pub use crate::segment::laps::find::{Found, Kind};
+            pub use crate::segment::laps::find::{DetectedLaps, Kind};
         }
     }
     pub mod manoeuvre {

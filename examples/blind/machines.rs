@@ -19,7 +19,7 @@ const CLEAR: f64 = 1.5;
 /// Rms of a bias over the size's error from which rides tell what share of it is real; a smaller one counts.
 const REAL: f64 = 2.0;
 /// Fewest rides to learn from.
-const FEWEST: usize = 10;
+const MIN_MACHINES: usize = 10;
 
 /// What is known of a machine in words, for a count of false names by it.
 fn traits(machine: &DrawnMachine) -> [String; 4] {
@@ -106,7 +106,7 @@ fn learn(all: &[Outcome]) {
         };
         let nulls = all.iter().filter(|o| o.case.hidden.is_empty());
         let found: Vec<[f64; 3]> = nulls.filter_map(of).filter(clear).collect();
-        if found.len() < FEWEST {
+        if found.len() < MIN_MACHINES {
             continue;
         }
         let [share, sd] = common(&found);
@@ -150,7 +150,7 @@ fn common(found: &[[f64; 3]]) -> [f64; 2] {
     shares.flat_map(each).min_by(least).unwrap_or([1.0, 0.0])
 }
 
-/// What was named where nothing is hidden, and on which machines.
+/// Causes that are identified where nothing is hidden, and on which machines.
 fn false_names(all: &[Outcome]) {
     let nulls = || all.iter().filter(|o| matches!(o.case.kind, Kind::Null | Kind::Noisy));
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();

@@ -4,8 +4,8 @@
 //! cargo run --release --example blind -- --archives 500
 //! ```
 //!
-//! Archives are written to files, answers are kept here; diagnosis gets the files. Prints what was
-//! named for what was hidden, by size in detection limits, and the false alarms.
+//! Archives are written to files, answers are kept here; diagnosis gets the files. Prints the causes
+//! identified for the hidden effects, by size in detection limits, and the false alarms.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -318,7 +318,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         }
     };
     let told = found
-        .naming
+        .identification
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
@@ -337,7 +337,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     let limits = case.hidden.iter().map(|(e, _)| limit(e)).collect();
     let all_limits = ALL.iter().map(limit).collect();
     let own = |e: &Effect| {
-        let cause = found.naming.causes.iter().find(|c| c.candidate.name == e.name);
+        let cause = found.identification.causes.iter().find(|c| c.candidate.name == e.name);
         let place = settings.effects.iter().position(|f| f.name == e.name);
         let unmodelled = place.map_or(0.0, |j| found.calibration.scale.unmodelled[j]);
         let of = |c: &Cause| {
@@ -352,14 +352,14 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     let signals = [SimulationError::is_better, SimulationError::is_worse]
         .map(|is| found.simulation_errors.iter().filter(|e| is(e)).count());
     let is_withdrawn = |c: &&Cause| c.objection == Some(Objection::WorseSimulation);
-    let withdrawn = found.naming.causes.iter().filter(is_withdrawn);
+    let withdrawn = found.identification.causes.iter().filter(is_withdrawn);
     let withdrawn = withdrawn.map(|c| format!("{} {:.4}", c.candidate.name, c.value())).collect();
     Some(Outcome {
         told,
-        alarm: found.naming.alarm,
-        unexplained: found.naming.unexplained,
+        alarm: found.identification.alarm,
+        unexplained: found.identification.unexplained,
         covariate: found
-            .naming
+            .identification
             .structure
             .as_ref()
             .map(|s| format!("{} {:.1}", s.description, s.times)),

@@ -11,7 +11,7 @@ use roadbench::internals::ingest::formats::listing::Listing;
 use roadbench::internals::ingest::formats::survey::survey;
 use roadbench::internals::ingest::map_for;
 use roadbench::internals::ingest::maps::ChannelMap;
-use roadbench::internals::ingest::maps::propose::compare::{Wrong, compare, mend};
+use roadbench::internals::ingest::maps::propose::compare::{FindingKind, compare, mend};
 use roadbench::internals::ingest::maps::propose::physics::Verdicts;
 use roadbench::internals::ingest::maps::units;
 use roadbench::internals::store::objects::Location;
@@ -120,7 +120,7 @@ pub struct Score {
 }
 
 pub fn score(judged: &Judged, profile: &str) -> Score {
-    // a counter that never counts cannot be told
+    // a counter that never counts cannot be recognised
     let constant = |x: &&Expected| {
         let at = |i: &usize| judged.listing.channels[*i].full() == x.from;
         judged.verdicts.constant.iter().any(at)
@@ -246,11 +246,11 @@ pub fn check(
 ) -> Checked {
     let text = map_text(profile, circumference, planted);
     let found = compare(&fitted(judged, &text), &judged.listing, &judged.verdicts);
-    let (columns, wrong): (Vec<Channel>, &[Wrong]) = match planted {
-        Some(Planted::Sign(c)) => (vec![c], &[Wrong::Sign]),
-        Some(Planted::Unit(c, _)) => (vec![c], &[Wrong::Unit]),
-        Some(Planted::Swapped(a, b)) => (vec![a, b], &[Wrong::Channel]),
-        Some(Planted::Delay(c)) => (vec![c], &[Wrong::Delay]),
+    let (columns, wrong): (Vec<Channel>, &[FindingKind]) = match planted {
+        Some(Planted::Sign(c)) => (vec![c], &[FindingKind::Sign]),
+        Some(Planted::Unit(c, _)) => (vec![c], &[FindingKind::Unit]),
+        Some(Planted::Swapped(a, b)) => (vec![a, b], &[FindingKind::Channel]),
+        Some(Planted::Delay(c)) => (vec![c], &[FindingKind::Delay]),
         None => (Vec::new(), &[]),
     };
     let on = |c: &Channel| found.findings.iter().filter(|f| f.channel == *c).collect::<Vec<_>>();

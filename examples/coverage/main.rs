@@ -138,7 +138,7 @@ fn characterised(
 }
 
 /// Fewest intervals to learn from.
-const FEWEST: usize = 20;
+const MIN_INTERVALS: usize = 20;
 /// Share of the intervals that are to contain the true value.
 const LEVEL: f64 = 0.95;
 /// Half a 95 % interval over its standard deviation.
@@ -171,7 +171,7 @@ fn learn(found: &[Vec<Compared>]) {
         }
     }
     println!("[fit.model_error]");
-    for (coefficient, intervals) in all.iter().filter(|(_, all)| all.len() >= FEWEST) {
+    for (coefficient, intervals) in all.iter().filter(|(_, all)| all.len() >= MIN_INTERVALS) {
         let inside = |[truth, _, low, high]: &&[f64; 4]| (low..=high).contains(&truth);
         let (name, n) = (coefficient.spec().name, intervals.len());
         let holds = intervals.iter().filter(inside).count();

@@ -46,7 +46,7 @@ enum What {
         /// Of all randomness.
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Only asks every week what is told by then: how late events are told.
+        /// Only asks every week what is reported by then: how late events are reported.
         #[arg(long)]
         late: bool,
     },
@@ -119,7 +119,7 @@ fn peak() -> f64 {
     kb.unwrap_or(f64::NAN) / 1024.0
 }
 
-/// The year: what was planted, and what of it is told.
+/// The year: planted events, and those of them that are reported.
 fn year_of(folder: &Path, states: &[State], seed: u64) -> Result<(), Failure> {
     let source = source(folder, states)?;
     let planted = planted::planted();
@@ -159,7 +159,7 @@ fn year_of(folder: &Path, states: &[State], seed: u64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How many days after the day it happened each planted event is told, asked every week.
+/// How many days after the day it happened each planted event is reported, asked every week.
 fn late_of(folder: &Path, states: &[State], seed: u64) -> Result<(), Failure> {
     let planted = planted::planted();
     let years = year::all(&source(folder, states)?, &planted, seed, false);
@@ -174,7 +174,7 @@ fn late_of(folder: &Path, states: &[State], seed: u64) -> Result<(), Failure> {
         for (number, bike) in fleet::analyse(&some).iter().enumerate() {
             for event in &bike.events {
                 match score::verdict(bike, number, event, &planted) {
-                    // an event that has not happened yet cannot be told
+                    // an event that has not happened yet cannot be reported
                     score::Verdict::Of(i, ..) if planted[i].from < now => {
                         told.entry(i).or_insert(now);
                     }
@@ -192,7 +192,7 @@ fn late_of(folder: &Path, states: &[State], seed: u64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The day an event begins, in weeks: the same event told again is one.
+/// The day an event begins, in weeks: the same event reported again is one.
 fn history_day(bike: &fleet::BikeAnalysis, event: &fleet::events::Event) -> i64 {
     let day = bike.history.days[event.sessions().start].unwrap_or(f64::NAN) - year::BEGIN;
     (day / 7.0) as i64

@@ -100,8 +100,8 @@ fn analysed(ridden: &Ridden, sessions: &[&str]) -> Option<(BikeAnalysis, BikeTyr
             value: e.value,
             source: e.source.clone(),
             shared: e.shared,
-            shift: e.shift,
-            taken: e.source_value.zip(e.source_sd).map(|(value, sd)| [value, sd]),
+            shift: e.sensitivity,
+            taken: e.source_value.zip(e.source_std_error).map(|(value, sd)| [value, sd]),
         })
         .collect();
     let bike = analyse(&observations).into_iter().next()?;

@@ -1,4 +1,4 @@
-//! What happens to the motorcycles in the year: the truth that the search for events is held against.
+//! What happens to the motorcycles in the year: the truth for the search for events.
 
 use roadbench::internals::simulate::scenario::Machine;
 

@@ -1,4 +1,4 @@
-//! Events that the search tells, held against those that were planted.
+//! Events that the search reports, compared with those that were planted.
 
 use std::collections::BTreeMap;
 
@@ -21,12 +21,12 @@ const WORN: [&str; 5] = [
     "overturning_stiffness",
 ];
 
-/// What an event that was told is.
+/// Kind of a reported event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Verdict {
     /// A planted one, by its number; how many days its date is off; whether its kind is right.
     Of(usize, f64, bool),
-    /// Wear, told as steps.
+    /// Wear, reported as steps.
     Worn,
     /// Nothing that was planted.
     False,
@@ -162,7 +162,7 @@ pub fn print_false(bikes: &[BikeAnalysis], planted: &[Planted]) {
     }
 }
 
-/// Prints how long after it happened each kind is told; `told` by number of the planted one, days.
+/// Prints how long after it happened each kind is reported; `told` by number of the planted one, days.
 pub fn print_late(planted: &[Planted], told: &BTreeMap<usize, f64>) {
     println!("\n| planted | number | told | days late, median | most |");
     println!("|---|---:|---:|---:|---:|");

@@ -37,7 +37,7 @@ const KINDS: [Kind; 5] = [
 /// Rides of a machine.
 const RIDES: usize = 12;
 
-/// Rides the machines in every way and prints what is told of them.
+/// Rides the machines in every way and prints the reports on them.
 pub fn print(folder: &Path, fleet: &Fleet, machines: usize) -> Result<(), Failure> {
     println!(
         "| 12 rides of each machine | rear, front `C`: determined | error, rms | half interval, median | interval holds | crown: error, half interval | `cg_height` told |"

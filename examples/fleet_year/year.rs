@@ -148,7 +148,7 @@ impl Source {
                 levels.insert((*bike, (*state).to_owned()), level);
                 continue;
             }
-            // rides of the same course: the noise is the same, and what is left is the change
+            // rides of the same course: the noise is the same, and the difference is the change
             let both = |number: usize, key: &Key| {
                 let ok = |r: &[Ride]| {
                     r.iter().any(|r| r.number == number && r.values.get(key).is_some_and(|v| v.ok))
@@ -223,8 +223,8 @@ impl Source {
                     value,
                     source: e.source.clone(),
                     shared: e.shared,
-                    shift: e.shift * factor,
-                    taken: e.source_value.zip(e.source_sd).map(|(value, sd)| [value, sd]),
+                    shift: e.sensitivity * factor,
+                    taken: e.source_value.zip(e.source_std_error).map(|(value, sd)| [value, sd]),
                 }));
             }
         }

@@ -109,8 +109,11 @@ impl Ride {
         };
         let (better, worse) = (count(SimulationError::is_better), count(SimulationError::is_worse));
         text += &format!("    signals of manoeuvres left out: {better} better, {worse} worse\n");
-        for cause in
-            found.naming.causes.iter().filter(|c| c.objection == Some(Objection::WorseSimulation))
+        for cause in found
+            .identification
+            .causes
+            .iter()
+            .filter(|c| c.objection == Some(Objection::WorseSimulation))
         {
             text += &format!("    taken back: {} {:.4}\n", cause.candidate.name, cause.value());
         }
@@ -162,7 +165,7 @@ fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<Size>), Failure> {
     let cells = sizes(&samples, &own)
         .into_iter()
         .map(|(cell, (size, _))| {
-            let null = calibration.floor.get(&cell).map_or(f64::NAN, |f| f[0]);
+            let null = calibration.noise_rms.get(&cell).map_or(f64::NAN, |f| f[0]);
             let clean = clean.get(&cell).map_or(f64::NAN, |c| c.0);
             (cell, Compared { ride: size, null, clean })
         })

@@ -141,10 +141,10 @@ pub fn diagnosed(ridden: &MultibodyRide, bike: &Bike) -> RoadDiagnosis {
     diagnose(&ridden.session, bike, &Pipeline::onroad(), &Settings::default()).expect("diagnosed")
 }
 
-/// What was named, in a line.
+/// The identified causes, in a line.
 pub fn told(d: &RoadDiagnosis) -> String {
     let mut said: Vec<String> = d
-        .naming
+        .identification
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
@@ -153,8 +153,8 @@ pub fn told(d: &RoadDiagnosis) -> String {
             format!("{}{or} {:.4} +- {:.4}", c.candidate.name, c.value(), c.std_error())
         })
         .collect();
-    if d.naming.unexplained {
-        let over = d.naming.structure.as_ref().map_or("", |s| s.description.as_str());
+    if d.identification.unexplained {
+        let over = d.identification.structure.as_ref().map_or("", |s| s.description.as_str());
         said.push(format!("unexplained ({over})"));
     }
     if said.is_empty() { "nothing".into() } else { said.join("; ") }
@@ -163,7 +163,7 @@ pub fn told(d: &RoadDiagnosis) -> String {
 /// Size, standard error, verdict and detection limit of one effect.
 pub fn about(d: &RoadDiagnosis, effect: &str) -> String {
     let j = roadbench::internals::simulate::effects::ALL.iter().position(|e| e.name == effect);
-    let cause = d.naming.causes.iter().find(|c| c.candidate.name == effect);
+    let cause = d.identification.causes.iter().find(|c| c.candidate.name == effect);
     match (j, cause) {
         (Some(j), Some(c)) => format!(
             "{effect} {:.4} +- {:.4}, {}, score {:.2}, limit {:.4}",

@@ -44,7 +44,7 @@ pub fn errors(session: &Session, truth: &MultibodyRide, bike: &Bike) -> [f64; 3]
 }
 
 /// A ride whose velocity has an effect and so many times the usual errors: what is said of it, slip
-/// angle errors and rear cornering stiffness before, and after what was named is taken out.
+/// angle errors and rear cornering stiffness before, and after the identified causes are removed.
 pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f64) {
     let (mut scenario, machine) = machine(plan, number, hidden);
     for name in ["velocity_x", "velocity_y"] {
@@ -76,7 +76,7 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
     println!("    named: {}", told(&d));
     for (name, _) in hidden {
         println!("    {}", about(&d, name));
-        let cause = d.naming.causes.iter().find(|c| c.candidate.name == *name);
+        let cause = d.identification.causes.iter().find(|c| c.candidate.name == *name);
         let effect = Effect::named(name).expect("known");
         if let (Some(remove), Some(cause)) = (effect.remove, cause) {
             remove(&mut session, &mut bike, cause.value());

@@ -8,7 +8,7 @@
 //!
 //! Every session has a machine, a circuit, a rider, slopes, wind and an uneven road of its own. Each of the four
 //! simulated loggers writes what it sees; `roadbench map` drafts the map, `run` reads the log by it with the bike
-//! file, and what comes out is held against the truth.
+//! file, and the results are compared with the truth.
 
 mod case;
 #[path = "../channels/truth.rs"]
@@ -38,6 +38,10 @@ struct Arguments {
     /// Steepest slope of the lap, drawn between these, rise over run; the built-in track's if not given.
     #[arg(long, num_args = 2, value_names = ["LEAST", "MOST"])]
     grade: Option<Vec<f64>>,
+    /// Width over which the corners of the line are smoothed, m: with three times the built-in track's 9 m they are
+    /// braked into and driven out of up to the apex.
+    #[arg(long)]
+    smoothing: Option<f64>,
     /// Read without the altitude.
     #[arg(long)]
     level: bool,
@@ -61,6 +65,7 @@ fn main() {
     if let Some([least, most]) = arguments.grade.as_deref() {
         track.grade = [*least, *most];
     }
+    track.smoothing = arguments.smoothing.unwrap_or(track.smoothing);
     let wanted = |p: &Profile| {
         arguments.profile.is_empty() || arguments.profile.iter().any(|name| name == p.name())
     };

@@ -145,7 +145,7 @@ fn pooled(
     let pieces: Vec<Piece> = rides
         .iter()
         .flat_map(|r| &r.evidence)
-        .filter(|e| e.status == Status::Ok && e.value.is_finite() && e.shift.is_finite())
+        .filter(|e| e.status == Status::Ok && e.value.is_finite() && e.sensitivity.is_finite())
         .map(|e| Piece {
             session: e.ident.session_id.clone(),
             tyre: e.tyre.clone(),
@@ -155,8 +155,8 @@ fn pooled(
             value: e.value,
             source: e.source.clone(),
             shared: e.shared,
-            shift: e.shift,
-            taken: e.source_value.zip(e.source_sd).map(|(value, sd)| [value, sd]),
+            shift: e.sensitivity,
+            taken: e.source_value.zip(e.source_std_error).map(|(value, sd)| [value, sd]),
         })
         .collect();
     let Some(bike) = analyse(&observations).into_iter().next() else { return Vec::new() };

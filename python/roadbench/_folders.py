@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from roadbench._errors import NoOutput, NotInstalled
 from roadbench._frames import Frames
+from roadbench._versions import Version, by_arrow, by_polars, groups
 
 _FINISHING = 10.0
 """Longest that a switch of tables which has begun is waited for, s."""
@@ -32,8 +33,10 @@ class Folder(Protocol):
     def still(self) -> contextlib.AbstractContextManager[None]:
         """Meanwhile no command replaces the tables."""
 
-    def frame(self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool) -> Any:
-        """Rows and columns of a table."""
+    def frame(
+        self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool, version: Version | None
+    ) -> Any:
+        """Rows and columns of a table, whatever version of it the files are of."""
 
     def schema(self, file: str) -> Any:
         """A file's pyarrow schema."""
@@ -93,12 +96,19 @@ class Local:
                 time.sleep(0.02)
             yield
 
-    def frame(self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool) -> Any:
+    def frame(
+        self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool, version: Version | None
+    ) -> Any:
         if frames != "polars":
-            return _by_arrow(files, None, frames, columns, where)
+            return _by_arrow(files, None, frames, columns, where, version)
         import polars as pl
 
-        return _rows(pl.scan_parquet(files, hive_partitioning=False), columns, where, lazy)
+        def there(file: str) -> dict[str, bool]:
+            return {name: kind == pl.Boolean for name, kind in pl.read_parquet_schema(file).items()}
+
+        found = groups(files, version, there)
+        rows = by_polars(lambda some: pl.scan_parquet(some, hive_partitioning=False), found, version)
+        return _rows(rows, columns, where, lazy)
 
     def schema(self, file: str) -> Any:
         import pyarrow.parquet as pq
@@ -146,14 +156,19 @@ class Remote:
     def still(self) -> contextlib.AbstractContextManager[None]:
         return contextlib.nullcontext()
 
-    def frame(self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool) -> Any:
+    def frame(
+        self, files: list[str], frames: Frames, columns: list[str] | None, where: Where, lazy: bool, version: Version | None
+    ) -> Any:
         if not lazy:
-            return _by_arrow(files, self.store, frames, columns, where)
+            return _by_arrow(files, self.store, frames, columns, where, version)
         import polars as pl
         import pyarrow.dataset as ds
 
-        dataset = ds.dataset(files, filesystem=self.store, format="parquet")
-        return _rows(pl.scan_pyarrow_dataset(dataset), columns, where, lazy)
+        def scan(some: list[str]) -> Any:
+            return pl.scan_pyarrow_dataset(ds.dataset(some, filesystem=self.store, format="parquet"))
+
+        found = groups(files, version, lambda file: _arrow_columns(file, self.store))
+        return _rows(by_polars(scan, found, version), columns, where, lazy)
 
     def schema(self, file: str) -> Any:
         import pyarrow.parquet as pq
@@ -197,14 +212,29 @@ def _rows(rows: Any, columns: list[str] | None, where: Where, lazy: bool) -> Any
     return rows if lazy else rows.collect()
 
 
-def _by_arrow(files: list[str], store: Any, frames: Frames, columns: list[str] | None, where: Where) -> Any:
+def _arrow_columns(file: str, store: Any) -> dict[str, bool]:
+    """Whether each column has truth values."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    return {field.name: pa.types.is_boolean(field.type) for field in pq.read_schema(file, filesystem=store)}
+
+
+def _by_arrow(
+    files: list[str], store: Any, frames: Frames, columns: list[str] | None, where: Where, version: Version | None
+) -> Any:
     import pyarrow.parquet as pq
 
     only = None
     if where:
         there = set(pq.read_schema(files[0], filesystem=store).names)
         only = [(column, "in", list(texts)) for column, texts in where.items() if column in there] or None
-    table = pq.read_table(files, filesystem=store, partitioning=None, columns=columns, filters=only)
+
+    def read(some: list[str], wanted: list[str] | None) -> Any:
+        return pq.read_table(some, filesystem=store, partitioning=None, columns=wanted, filters=only)
+
+    found = groups(files, version, lambda file: _arrow_columns(file, store))
+    table = by_arrow(read, found, version, columns)
     if frames == "arrow":
         return table
     if frames == "pandas":

@@ -51,7 +51,7 @@ def run_session(
     Example:
         >>> session = roadbench.run_session("ride.parquet", bike="bikes/mt07.toml")
         >>> session["coefficients"]
-        <roadbench.Table coefficients: 39 rows, 26 columns>
+        <roadbench.Table coefficients: 39 rows, 27 columns>
         >>> session.coefficients.filter(polars.col("status") == "ok")
         >>> session.plot()
     """

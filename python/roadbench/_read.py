@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, overload
 
-from roadbench import _roadbench
+from roadbench import _roadbench, _versions
 from roadbench._errors import Invalid, NoTable, call
 from roadbench._folders import folder
 from roadbench._frames import Frames, chosen, made, rows
@@ -43,12 +43,14 @@ class Tables(Mapping[str, Any]):
         lazy: bool = False,
         sessions: str | Sequence[str] | None = None,
         bike: str | Sequence[str] | None = None,
+        former_names: bool = False,
     ) -> None:
         if lazy and frames not in (None, "polars"):
             raise Invalid(f"lazy=True gives polars' lazy frames, not frames={frames!r}; leave one of them out")
         self.out = os.fspath(out)
         self.frames: Frames = chosen("polars" if lazy else frames)
         self.lazy = lazy
+        self.former_names = former_names
         self._folder = folder(self.out)
         self._held: list[contextlib.ExitStack] = []
         self._wanted = selection(sessions, bike)
@@ -96,8 +98,12 @@ class Tables(Mapping[str, Any]):
             where["session_id"] = [session]
         with self._still():
             files = self._files(name)
-            wanted = None if columns is None else list(columns)
-            frame = self._folder.frame(files, self.frames, wanted, where, self.lazy)
+            version = _versions.of(name)
+            former = {} if version is None or not self.former_names else {old: c for c, old in version.former.items()}
+            wanted = None if columns is None else list(dict.fromkeys(former.get(c, c) for c in columns))
+            frame = self._folder.frame(files, self.frames, wanted, where, self.lazy, version)
+        if version is not None and former:
+            frame = _versions.with_former(frame, version, columns)
         if self.frames == "pandas":
             frame.attrs["units"] = self.units[name]
         return frame
@@ -125,7 +131,7 @@ class Tables(Mapping[str, Any]):
             if "sessions" in self:
                 index = self._files("sessions")
                 columns = ["session_id", "bike_id", "start_time"]
-                frame = self._folder.frame(index, self.frames, columns, self._wanted.where, False)
+                frame = self._folder.frame(index, self.frames, columns, self._wanted.where, False, None)
                 # a session without a start goes last
                 found = sorted(rows(frame), key=lambda r: (r["start_time"] is None, str(r["start_time"]), r["session_id"]))
                 keys = [(r["session_id"], r["bike_id"]) for r in found]
@@ -135,7 +141,7 @@ class Tables(Mapping[str, Any]):
         return [self._one(session, bike) for session, bike in keys]
 
     def _one(self, id: str, bike: str) -> Session:
-        tables = Tables(self.out, self.frames, lazy=self.lazy)
+        tables = Tables(self.out, self.frames, lazy=self.lazy, former_names=self.former_names)
         tables._wanted = Selection((id,), (bike,))
         tables._folder, tables._held = self._folder, self._held  # in our `with` block it reads the same state
         return Session(_OfSession(tables), id, bike, out=self.out)
@@ -185,15 +191,18 @@ class Tables(Mapping[str, Any]):
         )
 
     def _fields(self, name: str) -> dict[str, dict[str, str]]:
-        """Metadata of each column, from the first file; without pyarrow those of this version of roadbench."""
+        """Metadata of each column, from the first file; without pyarrow, and where that is of an earlier version of the
+        table, those of this version of roadbench."""
         with self._still():
             files = self._files(name)
             if importlib.util.find_spec("pyarrow"):
-                found = {}
+                found, kinds = {}, {}
                 for field in self._folder.schema(files[0]):
                     own = {k.decode(): v.decode() for k, v in (field.metadata or {}).items()}
                     found[field.name] = {k: own[k] for k in ("unit", "description") if k in own}
-                return found
+                    kinds[field.name] = str(field.type) == "bool"
+                if _versions.groups(files[:1], _versions.of(name), lambda _: kinds)[0].is_current:
+                    return found
         schema = call(_roadbench.schema, name)
         both = {c: {"unit": schema.unit(c), "description": schema.description(c)} for c in schema.names}
         return {c: {k: v for k, v in own.items() if v is not None} for c, own in both.items()}
@@ -254,6 +263,7 @@ def read(
     lazy: bool = False,
     sessions: str | Sequence[str] | None = None,
     bike: str | Sequence[str] | None = None,
+    former_names: bool = False,
 ) -> Tables: ...
 @overload
 def read(
@@ -264,6 +274,7 @@ def read(
     lazy: bool = False,
     sessions: str | Sequence[str] | None = None,
     bike: str | Sequence[str] | None = None,
+    former_names: bool = False,
 ) -> Any: ...
 def read(
     out: Path,
@@ -273,6 +284,7 @@ def read(
     lazy: bool = False,
     sessions: str | Sequence[str] | None = None,
     bike: str | Sequence[str] | None = None,
+    former_names: bool = False,
 ) -> Any:
     """The tables of an output folder as frames, with their units.
 
@@ -288,6 +300,9 @@ def read(
         sessions: only rows of these; an id or several. Files without them are not opened, but for the table
             ``sessions``, which says where they are.
         bike: only rows of this motorcycle; an id or several. Files of others are not opened.
+        former_names: give each renamed column under its former name, too. Scripts that were written for version 1 of a
+            table go on with it, for one version of roadbench. Without it columns have the names of today, whatever
+            version of roadbench wrote the files.
 
     Returns:
         The table; or, where none is named, a :class:`Tables`: a mapping that reads a table when it is asked for,
@@ -311,5 +326,5 @@ def read(
         >>> roadbench.read("/tables", "manoeuvres", frames="pandas")
         >>> roadbench.read("/tables", "signals", lazy=True, sessions="ride_01").select("time", "roll").collect()
     """
-    tables = Tables(out, frames, lazy=lazy, sessions=sessions, bike=bike)
+    tables = Tables(out, frames, lazy=lazy, sessions=sessions, bike=bike, former_names=former_names)
     return tables if table is None else tables[table]

@@ -43,6 +43,15 @@ class Schema:
         """Unit of a column; ``None`` where it has none."""
     def description(self, column: str) -> str | None:
         """What a column means."""
+    def former(self, column: str) -> str | None:
+        """Name of a column in the table's earlier version; ``None`` where it has kept it."""
+    def kind(self, column: str) -> str:
+        """Type of a column, as Arrow calls it: ``Utf8``, ``Float64``, ``Int64``, ``Boolean`` or a timestamp."""
+    def nullable(self, column: str) -> bool:
+        """Whether rows may lack a column."""
+    @property
+    def version(self) -> int:
+        """Version of the table; columns have former names from version 2 on."""
     def __len__(self) -> int: ...
     def __arrow_c_schema__(self) -> object: ...
 

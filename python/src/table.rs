@@ -176,6 +176,28 @@ impl Schema {
         self.metadata(column, "description")
     }
 
+    /// Name of a column in the table's earlier version; `None` where it has kept it.
+    fn former(&self, column: &str) -> PyResult<Option<String>> {
+        self.metadata(column, "former")
+    }
+
+    /// Type of a column, as Arrow calls it: `Utf8`, `Float64`, `Int64`, `Boolean` or a timestamp.
+    fn kind(&self, column: &str) -> PyResult<String> {
+        Ok(self.field(column)?.data_type().to_string())
+    }
+
+    /// Whether rows may lack a column.
+    fn nullable(&self, column: &str) -> PyResult<bool> {
+        Ok(self.field(column)?.is_nullable())
+    }
+
+    /// Version of the table; columns have former names from version 2 on.
+    #[getter]
+    fn version(&self) -> u32 {
+        let name = self.0.metadata().get("roadbench.schema");
+        name.and_then(|name| name.rsplit_once(".v")?.1.parse().ok()).unwrap_or(1)
+    }
+
     fn __len__(&self) -> usize {
         self.0.fields().len()
     }
@@ -203,13 +225,16 @@ impl Schema {
 }
 
 impl Schema {
-    fn metadata(&self, column: &str, key: &str) -> PyResult<Option<String>> {
-        let field = self.0.field_with_name(column).map_err(|_| {
+    fn field(&self, column: &str) -> PyResult<&Field> {
+        self.0.field_with_name(column).map_err(|_| {
             let near = closest_name(column, self.0.fields().iter().map(|f| f.name().as_str()));
             let near = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             PyValueError::new_err(format!("there is no column `{column}`{near}"))
-        })?;
-        Ok(field.metadata().get(key).cloned())
+        })
+    }
+
+    fn metadata(&self, column: &str, key: &str) -> PyResult<Option<String>> {
+        Ok(self.field(column)?.metadata().get(key).cloned())
     }
 }
 

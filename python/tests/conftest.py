@@ -11,6 +11,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+# Spark's virtual machines live for seconds: compiling for speed takes a third of their processor time
+os.environ.setdefault("JAVA_TOOL_OPTIONS", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
+
 ROOT = Path(__file__).parents[2]
 ARCHIVE = ROOT / "fixtures" / "archive"
 

@@ -70,9 +70,9 @@ def test_what_a_diagnosis_identified_is_removed_as_on_the_command_line(diagnosed
 
 
 def test_too_few_nulls_are_refused(log, bike, tmp_path):
-    with pytest.raises(ValueError, match="fewer than 8"):
+    with pytest.raises(ValueError, match="give 8 to 1000"):
         roadbench.diagnose_session(log, bike, nulls=2)
-    with pytest.raises(ValueError, match="fewer than 8"):
+    with pytest.raises(ValueError, match="give 8 to 1000"):
         roadbench.diagnose(log, tmp_path / "out", bikes=ARCHIVE / "bikes", nulls=2)
     assert not (tmp_path / "out").exists()
 

@@ -48,6 +48,7 @@ def test_every_example_runs(folder, capsys):
     # what the comments say comes out
     assert shown["session.units['sessions']['duration']"] == "s"
     assert shown["roadbench.schema('session').unit('roll')"] == "rad"
+    assert shown["roadbench.schema('bikes').former('prior')"] == "taken"
     assert shown["list(session)"] == ["coefficients", "evidence", "manoeuvres", "warnings", "plots", "tyre_parameters", "sessions"]
     assert shown["(done['computed'], done['unchanged'], done['rejected_by_code'])"] == (12, 0, {})
     assert shown["roadbench.verify('tables').sound"] is True

@@ -1,4 +1,4 @@
-//! The list of logs behind the user's inputs: files, folders, glob patterns, here or in an object store.
+//! The list of logs from the user's inputs: files, folders, glob patterns, here or in an object store.
 //!
 //! A folder is searched at all depths for files with a log's extension; other files (a README, bike files) are ignored.
 //! A folder with `sessions/`, such as an archive, is searched there only. Hidden files, temporary files, the folders
@@ -21,21 +21,21 @@ const NOT_LOGS: &[&str] = &["truth", "bikes"];
 
 /// One input, with its problem if it has one before it is opened.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct DiscoveredLog {
     /// Path as given by the user, or below the folder given.
     pub location: Location,
     /// Reason why it cannot be an input.
     pub problem: Option<Rejection>,
 }
 
-impl Found {
+impl DiscoveredLog {
     fn log(location: Location) -> Self {
-        Found { location, problem: None }
+        DiscoveredLog { location, problem: None }
     }
 
     fn problem(location: Location, code: RejectionCode, message: String) -> Self {
         let problem = Some(Rejection { stage: Stage::Discover, code, message, limits: None });
-        Found { location, problem }
+        DiscoveredLog { location, problem }
     }
 }
 
@@ -43,12 +43,12 @@ impl Found {
 ///
 /// # Errors
 /// There is no log, no such folder, or the output lies among the logs.
-pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
+pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<DiscoveredLog>, Location), Error> {
     refuse_others_sessions(settings.out)?;
     let mut found = discover(settings.inputs, settings.out)?;
     if let Some(since) = settings.since {
         // logs without a date are kept
-        let old = |f: &Found| {
+        let old = |f: &DiscoveredLog| {
             f.problem.is_none() && source::stat(&f.location).is_ok_and(|s| s.modified < since)
         };
         found.retain(|f| !old(f));
@@ -66,7 +66,7 @@ pub(crate) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), 
 ///
 /// # Errors
 /// There is no log, or the output lies among the logs.
-pub(crate) fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error> {
+pub(crate) fn discover(inputs: &[Location], out: &Location) -> Result<Vec<DiscoveredLog>, Error> {
     let out = out.absolute();
     let mut found = Vec::new();
     for input in inputs {
@@ -108,7 +108,7 @@ pub(crate) fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Erro
 }
 
 /// Adds the logs of one input to `found`.
-fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
+fn search(input: &Location, out: &Location, found: &mut Vec<DiscoveredLog>) -> Result<(), Error> {
     let before = found.len();
     let is_log = |key: &str| has_log_extension(&Location::Local(key.into()));
     let matches = find(input, is_log).map_err(|e| Error::Usage(e.to_string()))?;
@@ -116,15 +116,23 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
         match one.kind {
             MatchKind::File => {
                 refuse_tables(&one.location, out)?;
-                found.push(Found::log(one.location));
+                found.push(DiscoveredLog::log(one.location));
             }
             MatchKind::Folder(folder) => search_folder(folder, out, found)?,
             MatchKind::Other => {
                 let message = format!("{} is neither a file nor a folder", one.location);
-                found.push(Found::problem(one.location, RejectionCode::Unreadable, message));
+                found.push(DiscoveredLog::problem(
+                    one.location,
+                    RejectionCode::Unreadable,
+                    message,
+                ));
             }
             MatchKind::Unreadable(message) => {
-                found.push(Found::problem(one.location, RejectionCode::Unreadable, message));
+                found.push(DiscoveredLog::problem(
+                    one.location,
+                    RejectionCode::Unreadable,
+                    message,
+                ));
             }
         }
     }
@@ -133,12 +141,16 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
             true => format!("nothing matches {input}"),
             false => format!("{input} does not exist"),
         };
-        found.push(Found::problem(input.clone(), RejectionCode::NotFound, message));
+        found.push(DiscoveredLog::problem(input.clone(), RejectionCode::NotFound, message));
     }
     Ok(())
 }
 
-fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
+fn search_folder(
+    folder: Folder,
+    out: &Location,
+    found: &mut Vec<DiscoveredLog>,
+) -> Result<(), Error> {
     let (folder, is_archive) = match folder.subfolder("sessions") {
         Ok(sessions) => (sessions, true),
         Err(folder) => (folder, false),
@@ -149,14 +161,14 @@ fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Resu
     let before = found.len();
     for file in folder.files(&|at, is_folder| is_wanted(at, is_folder, out)) {
         found.push(match file {
-            Ok(log) => Found::log(log),
-            Err((at, message)) => Found::problem(at, RejectionCode::Unreadable, message),
+            Ok(log) => DiscoveredLog::log(log),
+            Err((at, message)) => DiscoveredLog::problem(at, RejectionCode::Unreadable, message),
         });
     }
     if found.len() == before {
         let extensions: Vec<String> = extensions().iter().map(|e| format!("*.{e}")).collect();
         let message = format!("{root} holds no logs (looked for {})", extensions.join(", "));
-        found.push(Found::problem(root, RejectionCode::NoLogs, message));
+        found.push(DiscoveredLog::problem(root, RejectionCode::NoLogs, message));
     }
     Ok(())
 }
@@ -239,7 +251,7 @@ mod tests {
         Location::from(folder.path().join(name))
     }
 
-    fn names(folder: &tempfile::TempDir, found: &[Found]) -> Vec<String> {
+    fn names(folder: &tempfile::TempDir, found: &[DiscoveredLog]) -> Vec<String> {
         let root = format!("{}/", folder.path().display());
         found.iter().map(|f| f.location.to_string().replace(&root, "")).collect()
     }

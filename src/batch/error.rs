@@ -13,7 +13,7 @@ pub enum Error {
     /// The output cannot be written, or what it holds not be read.
     #[error("{0}")]
     Output(String),
-    /// Our own mistake.
+    /// A bug in roadbench.
     #[error("{0}; this is a mistake in roadbench, please report it")]
     Internal(String),
 }

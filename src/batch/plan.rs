@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::discover::Found;
+use super::discover::DiscoveredLog;
 use super::error::Error;
 use super::log_hash::hash_file;
 use super::settings::{Maps, Settings};
@@ -18,7 +18,7 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Meta;
 use crate::ingest::Identified;
 use crate::pipeline::{Pipeline, Rejection};
-use crate::simulate::effects::Who;
+use crate::simulate::effects::SessionRef;
 use crate::store::objects::plain::plain;
 use crate::store::objects::{Location, source};
 use crate::store::tables::names::is_plain;
@@ -27,7 +27,6 @@ use crate::store::tables::rows::Rejected;
 /// One session to compute.
 #[derive(Debug)]
 pub struct Job {
-    /// The log.
     pub location: Location,
     /// Path or URL of the log, as in the tables.
     pub log: String,
@@ -102,13 +101,13 @@ impl Plan {
     }
 }
 
-/// Identifies every input and finds its bike. A log with the same bytes as one behind the output's sessions (`before`) is
-/// not opened: its session is known.
+/// Identifies every input and finds its bike. A log that a session of the output (`before`) was computed from, with
+/// unchanged bytes, is not opened: its session is known.
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
 pub(crate) fn plan(
-    found: Vec<Found>,
+    found: Vec<DiscoveredLog>,
     bikes: &Location,
     before: &Contents,
     settings: &Settings<'_>,
@@ -153,7 +152,7 @@ pub(crate) fn plan(
                 let hash = known.map(|k| k.hash.clone());
                 let own = || meta.start_time.as_deref().and_then(instant::microseconds);
                 let start = known.map_or_else(own, |k| k.start);
-                let pipeline_hash = bike.hash_of(settings.pipeline, &Who::from(&meta), &map);
+                let pipeline_hash = bike.hash_of(settings.pipeline, &SessionRef::from(&meta), &map);
                 let rivals = Vec::new();
                 plan.jobs.push(Job {
                     location,
@@ -254,7 +253,8 @@ pub(crate) fn duplicate(other: &str, session_id: &str) -> Rejection {
         stage: Stage::Discover,
         code: RejectionCode::DuplicateLog,
         message: format!(
-            "it has the same bytes as {other} (session `{session_id}`), and a ride counts once; leave one of them out"
+            "this log has the same bytes as {other} (session `{session_id}`), and a ride counts \
+             once; remove one of the two"
         ),
         limits: None,
     }
@@ -312,7 +312,7 @@ struct KnownLog {
 
 /// Logs that an earlier batch read under the same path and settings and whose bytes are unchanged.
 fn recognised_logs(
-    found: &[Found],
+    found: &[DiscoveredLog],
     before: &Contents,
     bikes: &mut BikeFiles<'_>,
     pipeline: &Pipeline,
@@ -329,7 +329,7 @@ fn recognised_logs(
     for (found, there) in made {
         let (session_id, bike_id) = (&*there.session_id, &*there.bike_id);
         // site and start are not in the output: where the hash depends on them, the log is opened
-        let who = Who { session_id, bike_id, ..Who::default() };
+        let who = SessionRef { session_id, bike_id, ..SessionRef::default() };
         let Ok(bike) = bikes.get(bike_id) else { continue };
         // the hash includes the channel map, which may set sessions and bikes
         let made_by = |map: &&String| bike.hash_of(pipeline, &who, map) == there.pipeline_hash;
@@ -349,7 +349,7 @@ fn recognised_logs(
     recognised.collect()
 }
 
-fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, Rejection> {
+fn identify(found: &DiscoveredLog, maps: &Maps, work: &impl Work) -> Result<Identified, Rejection> {
     if let Some(problem) = &found.problem {
         return Err(problem.clone());
     }
@@ -362,7 +362,8 @@ pub(crate) fn same_session(key: &Key, holder: &str) -> Rejection {
         stage: Stage::Discover,
         code: RejectionCode::DuplicateSessionId,
         message: format!(
-            "session `{}` of {} is also in {holder}, which has it; give one of them another session_id, or leave one out",
+            "session `{}` of {} is also in {holder}, which is used; give one of the two logs \
+             another session_id, or remove one",
             key.session_id, key.bike_id
         ),
         limits: None,
@@ -377,9 +378,10 @@ pub(crate) fn archived(there: &Committed, own: Option<i64>) -> Rejection {
         stage: Stage::Discover,
         code: RejectionCode::DuplicateSessionId,
         message: format!(
-            "the output has a session `{session_id}` of {bike_id} from another ride ({path}, began {}, this one {}), whose log \
-             is not among these; give this log another session_id or name, or give the other up: roadbench forget OUT \
-             --session {session_id}",
+            "the output already has session `{session_id}` of {bike_id} from another ride ({path}, \
+             began {}, this one {}), and that log is not among the inputs; give this log another \
+             session_id or name, or remove the other session: roadbench forget OUT --session \
+             {session_id}",
             when(there.start),
             when(own)
         ),

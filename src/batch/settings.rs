@@ -17,9 +17,9 @@ pub struct Settings<'a> {
     pub inputs: &'a [Location],
     /// Folder of bike files; where absent, the `bikes` beside the inputs' sessions.
     pub bikes: Option<&'a Location>,
-    /// Output folder.
+    /// Output folder or URL.
     pub out: &'a Location,
-    /// The stages' settings.
+    /// Settings of all stages.
     pub pipeline: &'a Pipeline,
     /// The channel maps to choose from; none means those that come with the program.
     pub maps: &'a Maps,
@@ -46,7 +46,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// The maps.
+    /// All channel maps, those of the user first.
     pub fn list(&self) -> &[ChannelMap] {
         &self.list
     }

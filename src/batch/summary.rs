@@ -1,6 +1,6 @@
 //! What a run did, for machines: `run.json` beside the tables, and a text file for Prometheus.
 //!
-//! Told, never read again: whether a session is there is known from its own tables.
+//! Written, never read again: whether a session is there is known from its own tables.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -20,13 +20,13 @@ use crate::store::tables::{file, output};
 /// Counts of a run.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
-    /// The roadbench.
+    /// Version of roadbench.
     pub version: &'static str,
-    /// When it began.
+    /// Start of the run.
     pub started: Timestamp,
     /// How long it took, s.
     pub seconds: f64,
-    /// Logs found.
+    /// Number of logs.
     pub inputs: usize,
     /// Sessions computed.
     pub computed: usize,
@@ -50,7 +50,7 @@ pub struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// Of a run.
+    /// Summary of a run from its accounts and settings.
     pub fn of(
         accounts: &'a Accounts,
         pipeline: &'a Pipeline,

@@ -284,7 +284,7 @@ pub(crate) fn stopped(accounts: &Accounts) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Rejected(format!(
-        "stopped: {} of {} inputs are done, {} were not begun; the same command carries on",
+        "stopped: {} of {} inputs are done, {} were not begun; run the same command again to go on",
         accounts.inputs - accounts.left,
         accounts.inputs,
         accounts.left

@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let asks = terminal && wrong.is_empty() && (name.is_none() || lacks(&owner, catalogue));
     if asks {
         let (input, output) = (std::io::stdin(), std::io::stdout());
-        let mut asked = Asked { input: &mut input.lock(), output: &mut output.lock() };
+        let mut asked = Interview { input: &mut input.lock(), output: &mut output.lock() };
         asked
             .about(&mut name, &mut owner, catalogue)
             .map_err(|e| Failure::Output(format!("cannot ask: {e}")))?;
@@ -200,7 +200,7 @@ pub(super) fn bad_name(name: &str) -> Option<String> {
 fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     if path.exists() && !force {
         let at = path.display();
-        return Err(Failure::Usage(format!("{at} is there already; --force writes over it")));
+        return Err(Failure::Usage(format!("{at} exists already; --force overwrites it")));
     }
     Outputs::default().file("--out", &path.into())?;
     output::write(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))
@@ -233,12 +233,12 @@ fn summary(portrait: &Portrait, path: &Path) {
 }
 
 /// A conversation.
-struct Asked<'a> {
+struct Interview<'a> {
     input: &'a mut dyn BufRead,
     output: &'a mut dyn Write,
 }
 
-impl Asked<'_> {
+impl Interview<'_> {
     /// One answer; `None` at the end of the input.
     fn line(&mut self, question: &str) -> std::io::Result<Option<String>> {
         write!(self.output, "{question}: ")?;
@@ -274,7 +274,7 @@ impl Asked<'_> {
     ) -> std::io::Result<()> {
         let number = |text: &str| {
             let number = text.replace(',', ".").parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| format!("`{text}` is no number"))
+            number.ok_or_else(|| format!("`{text}` is not a number"))
         };
         if name.is_none() {
             *name = self.until("Name of the bike, as in the logs (bike_id)", |a| {
@@ -352,7 +352,7 @@ mod tests {
     fn talk(answers: &str) -> (Option<String>, Owner, String) {
         let (mut name, mut owner) = (None, Owner::default());
         let mut said = Vec::new();
-        let mut asked = Asked { input: &mut answers.as_bytes(), output: &mut said };
+        let mut asked = Interview { input: &mut answers.as_bytes(), output: &mut said };
         asked.about(&mut name, &mut owner, Catalogue::builtin()).expect("a conversation");
         (name, owner, String::from_utf8(said).expect("UTF-8"))
     }

@@ -135,7 +135,7 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The hidden faults, and the causes that `diagnose` named.
+/// The hidden faults, and the causes that `diagnose` identified.
 fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let hidden = hidden(scenario);
     let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
@@ -151,8 +151,8 @@ fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
             continue;
         };
         let right = match hidden.iter().find(|(e, _)| e.name == row.effect) {
-            None => "not hidden: a false name",
-            Some((_, truth)) if (low..=high).contains(truth) => "right, the interval holds it",
+            None => "not hidden: a false alarm",
+            Some((_, truth)) if (low..=high).contains(truth) => "right, the interval contains it",
             Some(_) => "right, but the interval misses its size",
         };
         say!(

@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             if arguments.out.join("models").is_dir() {
                 let out = arguments.out.display();
                 tracing::warn!(
-                    "{out} holds a diagnosis, too; --model {out} adds what it found of the tyres"
+                    "{out} has a diagnosis as well; --model {out} adds the tyre effects that it identified"
                 );
             }
             None
@@ -106,7 +106,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     drop(reading);
     match &arguments.file {
         None if matches!(written, Written::Binary(_)) && std::io::stdout().is_terminal() => {
-            return Err(Failure::Usage("this file is no text: say --out FILE".to_owned()));
+            return Err(Failure::Usage("this format is binary: give --out FILE".to_owned()));
         }
         None => match std::io::stdout().write_all(written.bytes()) {
             // who reads has seen enough

@@ -1,6 +1,6 @@
 //! `roadbench forget`.
 
-use crate::batch::store::forget::{Which, forget};
+use crate::batch::store::forget::{Selection, forget};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
@@ -44,7 +44,7 @@ struct Named {
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let Arguments { out, named, dry_run } = arguments;
     out.as_path().map_or(Ok(()), require_folder)?;
-    let which = Which { sessions: named.session, bikes: named.bike, missing: named.missing };
+    let which = Selection { sessions: named.session, bikes: named.bike, missing: named.missing };
     let gone = forget(&out, &which, !dry_run)?;
     for one in &gone {
         match one.session_id.is_empty() {

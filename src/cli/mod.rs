@@ -306,7 +306,7 @@ fn with_jobs(
 mod tests {
     use super::*;
 
-    /// The words of a line as a shell would hand them over; nothing behind a redirection or a
+    /// The words of a line as a shell would hand them over; nothing after a redirection or a
     /// remark after three spaces.
     fn words(line: &str) -> Vec<String> {
         let line = line.split(" > ").next().unwrap_or(line);

@@ -9,7 +9,6 @@ use crate::cli::steps::Steps;
 use crate::contract::coefficient::{Coefficient as C, SLALOM};
 use crate::contract::status::Status;
 use crate::diagnose::road::advice::ALIKE;
-use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan, scenario};
 use crate::pipeline::Pipeline;
 use crate::pipeline::predicted::{Expected, Predicted};
@@ -77,10 +76,10 @@ pub(crate) fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure
     };
     say!("{scenario}: a ride of {duration:.0} s, simulated and fitted\n");
     print_side_forces(&side_forces);
-    say!("Smallest effects that it can reveal, at best\n");
-    say!("{:<24}{:>14}  in usual sizes (beyond {LARGEST_LIMIT}: not seen)", "effect", "limit");
+    say!("Smallest effects that diagnose identifies half of the time\n");
+    say!("{:<24}{:>14}  in usual sizes", "effect", "size");
     for row in &effects {
-        let limit = row.limit.map_or("-".to_owned(), |x| size(x, row.effect, row.unit));
+        let limit = row.limit.map_or("none".to_owned(), |x| size(x, row.effect, row.unit));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
         say!("{:<24}{limit:>14}{usual:>8}", row.effect);
         let hidden = hidden(row);
@@ -182,7 +181,7 @@ fn print_side_forces(found: &[Predicted]) {
 
 /// What is said of an effect that the ride does not show.
 fn hidden(row: &EffectLimit) -> String {
-    if row.limit_usual.is_some_and(|x| x < LARGEST_LIMIT) {
+    if row.limit.is_some() {
         return String::new();
     }
     let base = match (row.base, row.base_cosine) {
@@ -191,12 +190,10 @@ fn hidden(row: &EffectLimit) -> String {
         }
         _ => String::new(),
     };
-    match (row.set, row.limit, row.limit_usual, row.limit_after) {
-        (Some(set), Some(limit), Some(usual), Some(after))
-            if after * usual / limit < LARGEST_LIMIT =>
-        {
+    match (row.set, row.limit_after) {
+        (Some(set), Some(after)) => {
             format!("{base}{} with {set}", size(after, row.effect, row.unit))
         }
-        _ => format!("{base}no riding that was tried shows it"),
+        _ => format!("{base}no manoeuvre that was tried shows it"),
     }
 }

@@ -191,7 +191,7 @@ fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
         }
         (None, _) if tydex::is_name(bench) => {
             return Err(Failure::Usage(format!(
-                "--bench {bench}: which tyre was measured? say front={bench} or rear={bench}"
+                "--bench {bench}: which tyre was measured? Give front={bench} or rear={bench}"
             )));
         }
         (None, path) => {

@@ -8,7 +8,7 @@ use clap::ValueHint;
 use indicatif::ProgressBar;
 use jiff::Timestamp;
 
-use crate::batch::discover::Found;
+use crate::batch::discover::DiscoveredLog;
 use crate::batch::jobs::models;
 use crate::batch::jobs::run::{RunWork, finish};
 use crate::batch::store::local_copy::LocalCopy;
@@ -71,7 +71,7 @@ impl Arguments {
         }
     }
 
-    /// Where the command writes, held against what it reads but for the logs.
+    /// Place where the command writes, checked against what it reads but for the logs.
     fn outputs(&self) -> Result<Outputs, Failure> {
         let mut outputs = self.batch.outputs()?;
         if let Some(metrics) = &self.metrics {
@@ -115,7 +115,7 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         progress: Progress::new(bar, arguments.batch.shows_progress()),
         only: Mutex::default(),
     };
-    let check = |logs: &[Found], bikes: &Location| {
+    let check = |logs: &[DiscoveredLog], bikes: &Location| {
         let logs = logs.iter().map(|found| &found.location);
         Ok(outputs.apart_from(logs.chain([bikes]))?)
     };

@@ -19,7 +19,7 @@ use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::ride::{MultibodyRide, Sample};
 use crate::simulate::scenario::{BUILTIN, Scenario};
-use crate::simulate::tables::{self, Known, folder_of};
+use crate::simulate::tables::{self, SimulatedSession, folder_of};
 use crate::simulate::tour::Tour;
 use crate::simulate::track::{self, Track, TrackRide};
 use crate::simulate::{compare, loggers, ride, session, tyre_truth};
@@ -177,7 +177,7 @@ fn run_motocross(
             let spent = begin.elapsed().as_secs_f64();
             let known = tables::of_motocross(scenario, ridden)?;
             write(&known, scenario.float32, out)?;
-            let Known { session, fall, .. } = known;
+            let SimulatedSession { session, fall, .. } = known;
             let duration = session.duration();
             let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
             steps.done();
@@ -312,7 +312,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
             let known = tables::of_tour(&coefficients, ridden)?;
             write(&known, tour.float32, out)?;
             steps.done();
-            let Known { session, fall, .. } = known;
+            let SimulatedSession { session, fall, .. } = known;
             Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
         })
         .collect::<Result<Vec<_>, file::Error>>();
@@ -413,7 +413,7 @@ fn figure(reference: &MultibodyRide, other: &MultibodyRide) -> String {
 }
 
 /// A session and its truth.
-fn write(known: &Known, float32: bool, out: &Location) -> Result<(), file::Error> {
+fn write(known: &SimulatedSession, float32: bool, out: &Location) -> Result<(), file::Error> {
     let place = Place::of(&known.session.meta, out);
     write_session(&place.log, &known.session, float32)?;
     for (table, batch) in &known.truth {

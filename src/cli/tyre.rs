@@ -10,6 +10,7 @@ use crate::cli::location::location;
 use crate::cli::say;
 use crate::cli::say::{note, put, say};
 use crate::cli::tyre_measured::against_measured;
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::effects::tyre_file;
 use crate::simulate::lateral_bench::LateralBench;
@@ -126,8 +127,8 @@ fn print_upright(benches: &[LateralBench<'_>]) {
     };
     line("cornering stiffness / load", "1/rad", &|b| b.cornering_stiffness);
     line("camber stiffness / load", "1/rad", &|b| b.camber_stiffness);
-    line("twisting stiffness / load", "m/rad", &|b| b.twisting_stiffness);
-    line("overturning stiffness", "m", &|b| b.overturning_stiffness);
+    line(C::TwistingStiffness.spec().short, "m/rad", &|b| b.twisting_stiffness);
+    line(C::OverturningStiffness.spec().short, "m", &|b| b.overturning_stiffness);
     line("pneumatic trail", "m", &|b| b.trail);
     line("peak braking friction", "1", &|b| b.peak_friction);
     line("peak braking force", "N", &|b| b.peak_friction * load);

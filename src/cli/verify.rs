@@ -61,7 +61,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         return match kept.len() {
             0 => Ok(()),
             n => Err(Failure::Rejected(format!(
-                "{} may not be computed again: bring the logs back and run over all of them, restore a backup, or let `roadbench verify OUT --mend --lose` give up what they had of these sessions",
+                "{} may be impossible to compute again: restore the logs and run over all of them, \
+                 restore a backup, or remove the rows of these sessions with `roadbench verify OUT \
+                 --mend --lose`",
                 count(n, "table")
             ))),
         };
@@ -69,7 +71,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     match damaged {
         0 => Ok(()),
         _ => Err(Failure::Rejected(
-            "the output is damaged: the next run over its logs makes it good; what has no log any more is for `roadbench verify OUT --mend`"
+            "the output is damaged: run over its logs again to repair it; for sessions without a \
+             log use `roadbench verify OUT --mend`"
                 .to_owned(),
         )),
     }

@@ -41,21 +41,21 @@ pub(crate) const DEFAULT: &str = "default";
 /// Key that names the bike that the default file stands in for; the program puts it in.
 pub(crate) const STANDS_IN_FOR: &str = "stands_in_for";
 
-/// What can be wrong with a bike file.
+/// Errors of a bike file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file is not there or cannot be read.
     #[error("cannot read bike file {path}: {source}")]
     Read {
-        /// The file.
+        /// Path of the bike file.
         path: PathBuf,
-        /// Why not.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not TOML.
+    /// The file is not valid TOML.
     #[error("bike file {path} is not valid TOML: {message}")]
     Syntax {
-        /// The file.
+        /// Path of the bike file.
         path: PathBuf,
         /// The parser's word, with line and column.
         message: String,
@@ -63,9 +63,9 @@ pub enum Error {
     /// A key is missing, misspelt, of the wrong type or out of its physical range.
     #[error("bike file {path}: {source}")]
     Key {
-        /// The file.
+        /// Path of the bike file.
         path: PathBuf,
-        /// Names the key.
+        /// Error in the key, with its path in the file.
         source: KeyError,
     },
 }
@@ -79,7 +79,7 @@ pub struct Prior {
     pub sd: f64,
 }
 
-/// What is known of one tyre before the ride. Symbols as in Bartolozzi et al. 2024.
+/// Known properties of one tyre before the ride. Symbols as in Bartolozzi et al. 2024.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WheelData {
     /// Nominal rolling radius, m.
@@ -90,9 +90,9 @@ pub struct WheelData {
     pub model: Option<String>,
     /// Spin inertia, kg m², where given; see [`Bike::wheel_inertia`].
     pub wheel_inertia: Option<f64>,
-    /// Side force stiffness ratio `C`.
+    /// Camber-to-cornering stiffness ratio `C`.
     pub side_force_ratio: f64,
-    /// Non-dimensional twisting stiffness `k_t`, m/rad.
+    /// Twisting torque coefficient `k_t`, m/rad.
     pub twisting_stiffness: f64,
     /// Vertical stiffness `K_z`, N/m.
     pub vertical_stiffness: f64,
@@ -118,9 +118,9 @@ pub struct WheelData {
 /// it, or drawn by a simulator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bike {
-    /// The file's stem.
+    /// Id of the motorcycle: the file's name without extension.
     pub bike_id: String,
-    /// What it is called in reports.
+    /// Name in reports.
     pub name: Option<String>,
     /// Mass of motorcycle and rider, kg.
     pub mass: f64,
@@ -154,7 +154,7 @@ pub struct Bike {
     pub curves: BTreeMap<String, Vec<[f64; 2]>>,
     /// Whether this is the folder's `default.toml`, for a bike that has no file of its own.
     pub stands_in: bool,
-    /// What to say of keys in the file that nothing reads any more.
+    /// Message about keys in the file that nothing reads any more.
     pub removed_keys: Vec<String>,
     keys: BTreeMap<String, f64>,
     /// Of keys that the file does not have. Apart from `uncertainty`: simulations draw the truth
@@ -265,7 +265,7 @@ impl Bike {
 
     /// To be called once numbers of the wheels were changed in place: [`Bike::with`] starts from the
     /// keys, and what is not given is varied from where it is now.
-    pub fn settle(&mut self) {
+    pub fn sync_keys(&mut self) {
         for axle in Axle::BOTH {
             let wheel = self.wheel(axle);
             let numbers = [
@@ -293,7 +293,7 @@ impl Bike {
         self
     }
 
-    /// What is taken of the keys that the file does not have, by key; only of keys that the schema
+    /// Priors of the keys that the file does not have, by key; only of keys that the schema
     /// gives an uncertainty.
     pub fn priors_of_missing(&self) -> &BTreeMap<String, Prior> {
         &self.prior
@@ -333,7 +333,7 @@ impl Bike {
         self.wheel(axle).longitudinal_relaxation.unwrap_or(USUAL_SLIP_LAG)
     }
 
-    /// What a tyre's slip stiffness per load gains with the load at rest once more, over itself: the file's, or a
+    /// Relative gain of a tyre's slip stiffness per load when the load rises by the load at rest, over itself: the file's, or a
     /// usual one.
     pub fn slip_stiffness_load(&self, axle: Axle) -> f64 {
         self.wheel(axle).slip_stiffness_load.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD)
@@ -473,9 +473,9 @@ impl Bike {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axle {
-    /// The front tyre.
+    /// Front wheel and tyre.
     Front,
-    /// The rear tyre.
+    /// Rear wheel and tyre.
     Rear,
 }
 
@@ -537,7 +537,7 @@ mod tests {
         let mut bike = bike("");
         bike.rear.side_force_ratio = 0.06;
         bike.rear.wheel_inertia = Some(0.7);
-        bike.settle();
+        bike.sync_keys();
         let moved = bike.with("mass", 262.0);
         assert_eq!((moved.rear.side_force_ratio, moved.rear.wheel_inertia), (0.06, Some(0.7)));
         assert_eq!(moved.front, bike.front);

@@ -19,7 +19,7 @@ macro_rules! channels {
         impl Channel {
             /// Every channel, in the order of the schema.
             pub const ALL: &'static [Channel] = &[$(Channel::$variant),*];
-            /// How many channels there are.
+            /// Number of channels.
             pub const COUNT: usize = Self::ALL.len();
 
             /// The column's name in `session.v1`.

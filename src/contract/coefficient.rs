@@ -13,12 +13,10 @@ use super::session::Session;
 
 use Channel as C;
 
-/// What a coefficient belongs to: the column `tyre` of the tables.
+/// Part that a coefficient belongs to: the column `tyre` of the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Part {
-    /// The front tyre.
     Front,
-    /// The rear tyre.
     Rear,
     /// The motorcycle with its rider.
     Vehicle,
@@ -83,15 +81,13 @@ pub enum Source {
     BikeFile(&'static str),
 }
 
-/// What the estimation of a coefficient needs, for one part.
+/// Requirements of a coefficient, for one part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Requirement {
-    /// The part.
     pub part: Part,
     /// Channels, all of which are needed besides the bike file's masses and lengths; none for what
     /// is taken from the bike file.
     pub channels: &'static [Channel],
-    /// The riding.
     pub riding: Riding,
 }
 
@@ -151,29 +147,30 @@ pub struct Riding {
 /// Everything that is known of a coefficient before any ride.
 #[derive(Debug, Clone, Copy)]
 pub struct Spec {
-    /// In the tables.
     pub name: &'static str,
     /// In the source paper.
     pub symbol: &'static str,
     /// SI; `1` for a ratio.
     pub unit: &'static str,
-    /// As pages and messages have it.
-    pub words: &'static str,
+    /// The field's term: the column `term`, pages and messages.
+    pub term: &'static str,
+    /// The term in at most 19 letters, for sentences and narrow tables.
+    pub short: &'static str,
     /// Where its value comes from.
     pub source: Source,
-    /// What it needs, one entry for each part that has the coefficient.
+    /// Requirements, one entry for each part that has the coefficient.
     pub requirements: &'static [Requirement],
     /// Ends between which a motorcycle's or a bicycle's value lies; one beyond them is a fault of the log or its map.
     pub bounds: [f64; 2],
 }
 
 macro_rules! coefficients {
-    ($($variant:ident: $name:literal, $symbol:literal, $unit:literal, $words:literal,
+    ($($variant:ident: $name:literal, $symbol:literal, $unit:literal, $term:literal, $short:literal,
         $source:expr, $requirements:expr, $bounds:expr;)*) => {
         /// A coefficient of a tyre or of the vehicle.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Coefficient {
-            $(#[doc = concat!("`", $name, "`: ", $words, ", ", $unit)] $variant),*
+            $(#[doc = concat!("`", $name, "`: ", $term, ", ", $unit)] $variant),*
         }
 
         impl Coefficient {
@@ -182,14 +179,14 @@ macro_rules! coefficients {
             /// How many there are.
             pub const COUNT: usize = Self::ALL.len();
 
-            /// Its declaration.
             pub const fn spec(self) -> &'static Spec {
                 match self {
                     $(Coefficient::$variant => &Spec {
                         name: $name,
                         symbol: $symbol,
                         unit: $unit,
-                        words: $words,
+                        term: $term,
+                        short: $short,
                         source: $source,
                         requirements: $requirements,
                         bounds: $bounds,
@@ -208,46 +205,80 @@ macro_rules! coefficients {
 // In the order of the data flow: coasting, braking and driving, corners; then what no ride gives, and
 // what only off-road riding gives.
 //
-// variant: name, symbol, unit, words, source, requirements, bounds
+// variant: name, symbol, unit, term, short term, source, requirements, bounds
 coefficients! {
     EffectiveRollingRadius: "effective_rolling_radius", "R_rol", "m",
-        "effective rolling radius", OnRoad, RADIUS, [0.1, 0.6];
-    Drag: "drag", "c_drag", "kg/m", "aerodynamic drag", OnRoad, RESISTANCE, [0.0, 3.0];
-    RollingResistance: "rolling_resistance", "c_rol", "1", "rolling resistance", OnRoad, RESISTANCE, [0.0, 0.1];
-    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio κ at peak friction (the key is σ = κ/(1 − κ))", OnRoad, FRICTION, [0.0, 1.0];
-    MfB: "mf_b", "b", "1", "Magic Formula B", OnRoad, FRICTION, [0.0, 200.0];
-    MfC: "mf_c", "c", "1", "Magic Formula C", OnRoad, FRICTION, [0.5, 3.0];
-    MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION, [0.05, 2.0];
-    MfE1: "mf_e1", "e1", "1", "Magic Formula E, symmetric part", OnRoad, CURVATURE, [-100.0, 1.0];
-    MfE2: "mf_e2", "e2", "1", "Magic Formula E, braking/driving part", OnRoad, CURVATURE, [-100.0, 100.0];
+        "effective rolling radius", "rolling radius",
+        OnRoad, RADIUS, [0.1, 0.6];
+    Drag: "drag", "c_drag", "kg/m",
+        "drag area term, 0.5 rho C_d A", "aerodynamic drag",
+        OnRoad, RESISTANCE, [0.0, 3.0];
+    RollingResistance: "rolling_resistance", "c_rol", "1",
+        "rolling resistance coefficient", "rolling resistance",
+        OnRoad, RESISTANCE, [0.0, 0.1];
+    PeakSlip: "peak_slip", "sigma_x_max", "1",
+        "normalised slip sigma at peak friction", "peak slip sigma",
+        OnRoad, FRICTION, [0.0, 1.0];
+    MfB: "mf_b", "b", "1",
+        "Magic Formula B, stiffness factor", "Magic Formula B",
+        OnRoad, FRICTION, [0.0, 200.0];
+    MfC: "mf_c", "c", "1",
+        "Magic Formula C, shape factor", "Magic Formula C",
+        OnRoad, FRICTION, [0.5, 3.0];
+    MfD: "mf_d", "d", "1",
+        "peak friction coefficient", "peak friction",
+        OnRoad, FRICTION, [0.05, 2.0];
+    MfE1: "mf_e1", "e1", "1",
+        "Magic Formula E, curvature factor, symmetric part", "Magic Formula E1",
+        OnRoad, CURVATURE, [-100.0, 1.0];
+    MfE2: "mf_e2", "e2", "1",
+        "Magic Formula E, curvature factor, braking/driving part", "Magic Formula E2",
+        OnRoad, CURVATURE, [-100.0, 100.0];
     SlipStiffnessLoad: "slip_stiffness_load", "k_s,N", "1",
-        "slip stiffness per load gained with the load at rest once more", TAKEN, ASSUMED, [-2.0, 2.0];
-    SlipCamberC1: "slip_camber_c1", "c1", "1", "slip angle over camber, linear", OnRoad, SLIP_ANGLE, [-1.0, 1.0];
+        "load sensitivity of slip stiffness", "load sensitivity",
+        TAKEN, ASSUMED, [-2.0, 2.0];
+    SlipCamberC1: "slip_camber_c1", "c1", "1",
+        "slip angle over camber, linear", "slip/camber, linear",
+        OnRoad, SLIP_ANGLE, [-1.0, 1.0];
     SlipCamberC3: "slip_camber_c3", "c3", "1/rad2",
-        "slip angle over camber, cubic", OnRoad, SLIP_ANGLE, [-10.0, 10.0];
+        "slip angle over camber, cubic", "slip/camber, cubic",
+        OnRoad, SLIP_ANGLE, [-10.0, 10.0];
     LateralFrictionCt: "lateral_friction_ct", "ct", "1",
-        "lateral friction over tan(camber)", OnRoad, LATERAL_FORCE, [-1.5, 0.0];
+        "side force over load, per tan(camber)", "side force by lean",
+        OnRoad, LATERAL_FORCE, [-1.5, 0.0];
     CorneringStiffness0: "cornering_stiffness_0", "k_alpha0", "1/rad",
-        "cornering stiffness per load, upright", OnRoad, SIDE_STIFFNESS, [0.0, 100.0];
+        "cornering stiffness coefficient", "cornering stiffness",
+        OnRoad, SIDE_STIFFNESS, [0.0, 100.0];
     CamberStiffness0: "camber_stiffness_0", "k_gamma0", "1/rad",
-        "camber stiffness per load, upright", OnRoad, SIDE_STIFFNESS, [0.0, 10.0];
+        "camber stiffness coefficient", "camber stiffness",
+        OnRoad, SIDE_STIFFNESS, [0.0, 10.0];
     SideForceRatio: "side_force_ratio", "C", "1",
-        "camber to cornering stiffness ratio", ChangingLean(GIVEN), LEAN_CHANGES, [0.0, 1.0];
+        "camber-to-cornering stiffness ratio", "camber/cornering",
+        ChangingLean(GIVEN), LEAN_CHANGES, [0.0, 1.0];
     TwistingStiffness: "twisting_stiffness", "k_t", "m/rad",
-        "twisting stiffness per load", TAKEN, ASSUMED, [-0.2, 0.2];
+        "twisting torque coefficient", "twisting torque",
+        TAKEN, ASSUMED, [-0.2, 0.2];
     OverturningStiffness: "overturning_stiffness", "k_x", "m",
-        "overturning stiffness (crown radius)", OnRoad, OVERTURNING, [0.0, 0.3];
-    RelaxationLength: "relaxation_length", "r_l", "m", "relaxation length",
+        "crown radius", "crown radius",
+        OnRoad, OVERTURNING, [0.0, 0.3];
+    RelaxationLength: "relaxation_length", "r_l", "m",
+        "relaxation length", "relaxation length",
         BikeFile("the wheel radius (eq. 1), not given: a rule, true within 0.3 to 2 times"), ASSUMED, [0.0, 3.0];
-    PneumaticTrail0: "pneumatic_trail_0", "t_p0", "m", "pneumatic trail at small slip",
+    PneumaticTrail0: "pneumatic_trail_0", "t_p0", "m",
+        "pneumatic trail at small slip", "pneumatic trail",
         BikeFile("from the vertical stiffness (eq. 12): a rule, true within 0.3 to 2 times"), ASSUMED, [0.0, 0.2];
     EngagedFrictionBraking: "engaged_friction_braking", "B/N", "1",
-        "friction engaged by braking", OffRoad, BRAKED_OFFROAD, [-3.0, 3.0];
+        "friction engaged by braking", "friction braking",
+        OffRoad, BRAKED_OFFROAD, [-3.0, 3.0];
     EngagedFrictionDriving: "engaged_friction_driving", "D/N", "1",
-        "friction engaged by driving", OffRoad, DRIVEN_OFFROAD, [-3.0, 3.0];
+        "friction engaged by driving", "friction driving",
+        OffRoad, DRIVEN_OFFROAD, [-3.0, 3.0];
     SlipStiffness: "slip_stiffness", "K_x", "1",
-        "slip stiffness over load (b c d)", InGear, RIDDEN_IN_GEAR, [0.0, 200.0];
-    BrakeGain: "brake_gain", "k_b", "N m/Pa", "brake torque over pressure", InGear, BRAKED_IN_GEAR, [0.0, 0.01];
+        "slip stiffness coefficient, b c d", "slip stiffness",
+        InGear, RIDDEN_IN_GEAR, [0.0, 200.0];
+    BrakeGain: "brake_gain", "k_b", "N m/Pa",
+        "brake torque over pressure", "brake gain",
+        InGear, BRAKED_IN_GEAR, [0.0, 0.01];
 }
 
 use Source::{BikeFile, ChangingLean, InGear, OffRoad, OnRoad};
@@ -262,7 +293,7 @@ const fn needs(part: Part, channels: &'static [Channel], riding: Riding) -> Requ
     Requirement { part, channels, riding }
 }
 
-/// What the yaw rate follows from where it was not measured.
+/// Channels that give the yaw rate where it was not measured.
 const TURNING: [&[Channel]; 2] = [&[C::Yaw], &[C::Latitude, C::Longitude]];
 
 const FRONT_WHEEL: &[Channel] = &[C::VelocityX, C::WheelSpeedFront];
@@ -290,7 +321,7 @@ const OFFROAD: Riding = Riding {
     manoeuvres: "off-road: firm braking and drive on the ground, in several corners",
     remedy: "brake and drive firmly on the ground",
 };
-/// What tells cornering from camber stiffness best: `simulate::manoeuvre::advised_passes`.
+/// Riding that separates cornering and camber stiffness best: `simulate::manoeuvre::advised_passes`.
 pub(crate) const SLALOM: &str =
     "ride four slalom passes at 16 m/s: two with cones 27 m apart, two with cones 11 m apart";
 const SIDE_FORCES: Riding = Riding {
@@ -389,12 +420,11 @@ const BRAKED_IN_GEAR: &[Requirement] = &[
 ];
 
 impl Coefficient {
-    /// In the tables.
     pub const fn name(self) -> &'static str {
         self.spec().name
     }
 
-    /// What it needs for a part; `None` where the part has no such coefficient.
+    /// Requirements for a part; `None` where the part has no such coefficient.
     pub fn requirement(self, part: Part) -> Option<&'static Requirement> {
         self.spec().requirements.iter().find(|r| r.part == part)
     }
@@ -408,7 +438,7 @@ impl Coefficient {
             let (sign, words) = match self {
                 // the words are those of the slip ratio
                 Coefficient::PeakSlip => ("σ = ", "σ = κ/(1 − κ) at peak friction"),
-                _ => ("", self.spec().words),
+                _ => ("", self.spec().term),
             };
             let value = shown(value);
             format!("{sign}{value} is impossible, {words} lies between {low} and {high}")
@@ -436,9 +466,7 @@ impl fmt::Display for Coefficient {
 /// A coefficient of a part: what one row of the table `coefficients` is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id {
-    /// The part.
     pub part: Part,
-    /// The coefficient.
     pub coefficient: Coefficient,
 }
 
@@ -457,7 +485,7 @@ impl Id {
         coefficient.requirement(part).map(|_| Id { part, coefficient })
     }
 
-    /// What it needs.
+    /// Requirements.
     ///
     /// # Panics
     /// Where the part has no such coefficient: our own mistake.
@@ -562,6 +590,20 @@ mod tests {
         assert_eq!(Id::from_names("front", "drag"), None);
         assert_eq!(Id::from_names("front", "drago"), None);
         assert_eq!(Part::from_name("side"), None);
+    }
+
+    /// A number per stiffness misleads where the unit is a length: the term says what it is.
+    #[test]
+    fn terms_are_those_of_the_field_and_short_ones_fit_a_column() {
+        let term = |c: Coefficient| c.spec().term;
+        assert_eq!(term(Coefficient::OverturningStiffness), "crown radius");
+        assert_eq!(term(Coefficient::MfD), "peak friction coefficient");
+        let mut seen = std::collections::BTreeSet::new();
+        for c in Coefficient::ALL {
+            let spec = c.spec();
+            assert!(spec.short.chars().count() <= 19, "{}", spec.short);
+            assert!(seen.insert(spec.term) && seen.insert(spec.name), "{} twice", spec.term);
+        }
     }
 
     #[test]

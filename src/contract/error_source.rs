@@ -2,9 +2,9 @@
 
 /// The ride's own scatter.
 pub(crate) const OWN: &str = "own";
-/// What the model is wrong by for this motorcycle, of each coefficient on its own.
+/// Error of the model for this motorcycle, of each coefficient on its own.
 pub(crate) const MODEL: &str = "model";
-/// What tyres of one model, or tyres of one side of a comparison, differ by: more tyres would narrow it.
+/// Difference between tyres of one model, or between tyres of one side of a comparison: more tyres would narrow it.
 pub(crate) const TYRES: &str = "tyres";
-/// What more rides would narrow: all that is not shared.
+/// Error that more rides would narrow: all that is not shared.
 pub(crate) const RIDES: &str = "rides";

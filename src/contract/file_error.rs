@@ -9,19 +9,19 @@ pub enum FileError {
     /// It is not there, or cannot be read.
     #[error("cannot read {file}: {source}{remedy}")]
     Read {
-        /// Which file.
+        /// Kind and path of the file.
         file: FileName,
-        /// Why not.
+        /// Error of the operating system.
         source: std::io::Error,
-        /// What else could be given; may be empty.
+        /// Other possible inputs; may be empty.
         remedy: String,
     },
     /// Something in it is wrong.
     #[error("{file}: {source}")]
     Content {
-        /// Which file.
+        /// Kind and path of the file.
         file: FileName,
-        /// What is wrong: a [`KeyError`](super::key_error::KeyError), the parser's word, or a sentence.
+        /// Error: a [`KeyError`](super::key_error::KeyError), the parser's word, or a sentence.
         source: Box<dyn Error + Send + Sync>,
     },
     /// There is no such file, and nothing built in has the name.
@@ -29,7 +29,7 @@ pub enum FileError {
     Unknown(String),
 }
 
-/// A file in messages: what it is, and how it was named.
+/// A file in messages: its kind, and its path as the user gave it.
 #[derive(Debug, Clone)]
 pub struct FileName {
     kind: &'static str,

@@ -7,26 +7,23 @@ use super::key_error::KeyError;
 /// A kind of TOML file that the program reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
-    /// What is known of a motorcycle, for the estimates.
+    /// Known properties of a motorcycle, for the estimates.
     Bike,
     /// A motorcycle as the simulator takes it.
     Motorcycle,
     /// Which channel of a log is which.
     ChannelMap,
-    /// What is simulated.
     Scenario,
     /// Settings of the stages.
     Pipeline,
-    /// What a diagnosis found.
+    /// Extended model of a diagnosis.
     Model,
-    /// A tyre.
     Tyre,
     /// Coefficients with intervals.
     Coefficients,
 }
 
 impl FileKind {
-    /// Every kind.
     pub const ALL: [FileKind; 8] = [
         FileKind::Bike,
         FileKind::Motorcycle,
@@ -38,7 +35,7 @@ impl FileKind {
         FileKind::Coefficients,
     ];
 
-    /// What it is called, with its article.
+    /// Name, with its article.
     pub fn name(self) -> &'static str {
         match self {
             FileKind::Bike => "a bike file",
@@ -114,7 +111,7 @@ impl FileKind {
         kinds.next().filter(|_| kinds.next().is_none())
     }
 
-    /// What to say where a text of this kind is wanted and one of another is given.
+    /// Message where a text of this kind is wanted and one of another is given.
     ///
     /// # Errors
     /// That sentence.

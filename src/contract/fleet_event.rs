@@ -3,7 +3,7 @@
 
 use super::bike::Axle;
 
-/// What happened to a bike.
+/// Kind of an event of a bike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     /// Another tyre on one axle or on both.
@@ -19,7 +19,6 @@ pub enum EventKind {
 }
 
 impl EventKind {
-    /// Every kind.
     pub const ALL: [EventKind; 5] = [
         EventKind::TyreSwap,
         EventKind::BikeFile,
@@ -28,7 +27,6 @@ impl EventKind {
         EventKind::Change,
     ];
 
-    /// In the tables.
     pub fn name(self) -> &'static str {
         match self {
             EventKind::TyreSwap => "tyre_swap",
@@ -73,13 +71,10 @@ impl EventKind {
 /// The part of a bike whose coefficients an event moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Affected {
-    /// The front tyre's.
     Front,
-    /// The rear tyre's.
     Rear,
     /// Those of both tyres.
     Both,
-    /// The vehicle's alone.
     Vehicle,
 }
 

@@ -1,6 +1,6 @@
 //! What is wrong with a key of a file, or with a name in it.
 
-/// What is wrong with a key of a file, or with a name in it: a sentence that names it.
+/// Error in a key of a file, or in a name in it: a sentence with the key or name.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum KeyError {
     /// No key has this path.
@@ -14,7 +14,7 @@ pub enum KeyError {
     /// No channel has this name.
     #[error("unknown channel `{name}`{hint}")]
     UnknownChannel {
-        /// As given.
+        /// Name as it stands in the file.
         name: String,
         /// The nearest name, where one is near.
         hint: String,
@@ -32,7 +32,7 @@ pub enum KeyError {
     Infinite {
         /// Dotted path.
         path: String,
-        /// As given.
+        /// Value in the file.
         value: f64,
     },
     /// The number is beyond what is possible.
@@ -42,7 +42,7 @@ pub enum KeyError {
         path: String,
         /// As given, in `unit`.
         value: f64,
-        /// Of the key.
+        /// Unit of the key.
         unit: String,
         /// The range and its unit, in words.
         out_of: String,
@@ -58,7 +58,7 @@ pub enum KeyError {
     Negative {
         /// Dotted path.
         path: String,
-        /// As given.
+        /// Value in the file.
         value: f64,
     },
     /// Only numbers have an uncertainty.
@@ -72,15 +72,15 @@ pub enum KeyError {
     Missing {
         /// All of them, with their meaning.
         keys: String,
-        /// What to do.
+        /// Advice, or empty.
         hint: String,
     },
     /// The file is one of another kind.
     #[error("this is {found}, and {wanted} is wanted; {places}")]
     WrongFile {
-        /// What it is.
+        /// Kind of the file, with its article.
         found: &'static str,
-        /// What it should be.
+        /// Kind of the expected file, with its article.
         wanted: &'static str,
         /// Where files of either kind go.
         places: String,

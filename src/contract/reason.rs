@@ -16,12 +16,10 @@ macro_rules! codes {
             /// Every code, in the order of the book's list.
             pub const ALL: &'static [ReasonCode] = &[$(ReasonCode::$variant),+];
 
-            /// In the tables.
             pub fn name(self) -> &'static str {
                 match self { $(ReasonCode::$variant => $name,)+ }
             }
 
-            /// What it means.
             pub fn words(self) -> &'static str {
                 match self { $(ReasonCode::$variant => $words,)+ }
             }
@@ -73,17 +71,16 @@ impl fmt::Display for ReasonCode {
     }
 }
 
-/// What to do about a value that no log should give.
+/// Advice about a value that no log should give.
 const CHECK_MAP: &str = "check units, signs and the channel map: `roadbench map LOG --map MAP`";
 
 /// A reason; as a text it is its sentence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reason {
-    /// Its kind.
     pub code: ReasonCode,
-    /// What is so, without advice.
+    /// Reason, without advice.
     pub sentence: String,
-    /// What would change it.
+    /// Advice that would change it.
     pub advice: Option<String>,
 }
 

@@ -7,7 +7,6 @@ use super::channel::Channel;
 
 macro_rules! channels {
     ($($(#[$doc:meta])* $variant:ident: $name:literal, $unit:literal, $words:literal, $signals:expr;)*) => {
-        /// A channel of the residuals.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum ResidualChannel {
             $($(#[$doc])* $variant,)*
@@ -36,7 +35,6 @@ macro_rules! channels {
                 }
             }
 
-            /// What people read.
             pub fn words(self) -> &'static str {
                 match self {
                     $(ResidualChannel::$variant => $words,)*
@@ -91,7 +89,7 @@ impl ResidualChannel {
     }
 }
 
-/// How many channels there are.
+/// Number of channels.
 const COUNT: usize = ResidualChannel::ALL.len();
 
 /// A value per channel.

@@ -34,18 +34,20 @@ pub(crate) fn text(name: &str) -> Option<&'static str> {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
-    /// Its name.
     pub name: String,
+    /// Its name in the table's earlier version: files that have this one are still read.
+    pub former: Option<String>,
     /// `float64`, `int64`, `bool`, `utf8`; `timestamp`, an instant.
     #[serde(rename = "type")]
     pub kind: String,
     /// Unit of numbers.
     pub unit: Option<String>,
+    /// Column of the same table that has each row's unit.
+    pub unit_column: Option<String>,
     /// Whether a row may lack it.
     pub nullable: bool,
     /// Physical range, where one is known.
     pub range: Option<[f64; 2]>,
-    /// What it means.
     pub description: String,
 }
 
@@ -53,11 +55,11 @@ pub struct Column {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// Its name.
+    /// Name of the table.
     pub name: String,
-    /// Its version.
+    /// Version of the schema.
     pub version: u32,
-    /// What one row is.
+    /// Meaning of a row.
     pub description: String,
     /// Its columns, in order.
     #[serde(rename = "column")]
@@ -107,7 +109,13 @@ impl Table {
 }
 
 impl Column {
-    /// The Arrow field, with unit and description.
+    /// Unit of numbers, or which column has it.
+    pub fn unit_text(&self) -> Option<String> {
+        let column = || Some(format!("as given in the column {}", self.unit_column.as_ref()?));
+        self.unit.clone().or_else(column)
+    }
+
+    /// The Arrow field, with description, unit (or the column that has it) and former name.
     pub fn arrow(&self) -> Field {
         self.field(self.data_type())
     }
@@ -133,8 +141,9 @@ impl Column {
 
     fn field(&self, kind: DataType) -> Field {
         let mut metadata = HashMap::from([("description".to_owned(), self.description.clone())]);
-        if let Some(unit) = &self.unit {
-            metadata.insert("unit".to_owned(), unit.clone());
+        metadata.extend(self.unit_text().map(|unit| ("unit".to_owned(), unit)));
+        for (key, value) in [("unit_column", &self.unit_column), ("former", &self.former)] {
+            metadata.extend(value.as_ref().map(|value| (key.to_owned(), value.clone())));
         }
         Field::new(&self.name, kind, self.nullable).with_metadata(metadata)
     }
@@ -150,7 +159,6 @@ pub struct Key {
     /// own reader looks at.
     #[serde(rename = "type")]
     pub kind: String,
-    /// Unit of a number.
     pub unit: Option<String>,
     /// Whether the file must have it.
     pub required: bool,
@@ -165,7 +173,6 @@ pub struct Key {
     pub default_uncertainty: Option<f64>,
     /// The same over that number, where it follows from other keys.
     pub default_relative_uncertainty: Option<f64>,
-    /// What it means.
     pub description: String,
     /// How the number is found.
     pub remedy: Option<String>,
@@ -178,17 +185,14 @@ pub struct Key {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyTable {
-    /// Its name.
     pub name: String,
-    /// Its version.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub version: u32,
-    /// What the file is.
+    /// Meaning of the file.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: String,
-    /// What to do where keys are missing.
+    /// Advice where keys are missing.
     pub hint: Option<String>,
-    /// Its keys.
     #[serde(rename = "key")]
     pub keys: Vec<Key>,
     /// Keys that it had once.
@@ -202,12 +206,11 @@ pub struct KeyTable {
 pub struct Removed {
     /// Dotted path.
     pub path: String,
-    /// Why it went.
     pub reason: String,
 }
 
 impl Removed {
-    /// What a person whose file still has it should know.
+    /// Message for a file that still has it.
     pub fn message(&self) -> String {
         format!("`{}` is no key any more: {}; delete the line", self.path, self.reason)
     }
@@ -216,11 +219,9 @@ impl Removed {
 /// Checked values of a TOML file, by dotted path; defaults are filled in.
 #[derive(Debug, Default)]
 pub struct Values {
-    /// Numbers.
     pub number: BTreeMap<String, f64>,
     /// Those of the numbers that the file does not have: defaults.
     pub defaulted: BTreeSet<String>,
-    /// Texts.
     pub text: BTreeMap<String, String>,
     /// Curves: rows of abscissa and ordinate, abscissae strictly increasing.
     pub curve: BTreeMap<String, Vec<[f64; 2]>>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::channel::Channel;
 
-/// What identifies a session; written to every table.
+/// Identity of a session; written to every table.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// Unique name of the session.
@@ -21,11 +21,11 @@ pub struct Meta {
     pub tyre_rear: Option<String>,
     /// Where it was ridden.
     pub site: Option<String>,
-    /// Who rode.
+    /// Id of the rider.
     pub rider_id: Option<String>,
 }
 
-/// What a logger says itself of the laps.
+/// The logger's own laps.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Markers {
     /// When it passed its start line, s, in the order of the log, as recorded: they may lie outside of the ride, be
@@ -52,7 +52,7 @@ pub struct Session {
     /// Time between two measured samples of the forward velocity, s: samples between them are interpolated. 0 where
     /// that is not known.
     pub velocity_spacing: f64,
-    /// What the logger says of the laps, s since the start.
+    /// The logger's own laps, s since the start.
     pub markers: Markers,
     /// Channels that other channels contradict and that stay all the same, with what was seen: no coefficient that
     /// depends on one of them is determined.

@@ -32,7 +32,7 @@ impl Status {
         Status::NotAvailable,
     ];
 
-    /// In the tables.
+    /// Value of the column `status`.
     pub fn name(self) -> &'static str {
         match self {
             Status::Ok => "ok",

@@ -10,7 +10,7 @@ pub(crate) const ALARM_ROAD: f64 = 1.75;
 /// The same off-road.
 pub(crate) const ALARM_OFFROAD: f64 = 1.0;
 
-/// What a diagnosis concludes about a candidate cause, or about all of them together.
+/// Conclusion of a diagnosis about a candidate cause, or about all of them together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
     /// The candidate is a cause.
@@ -28,7 +28,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Every verdict.
+    /// All verdicts, in the order of the pages.
     pub const ALL: [Verdict; 6] = [
         Verdict::Named,
         Verdict::Ambiguous,
@@ -38,7 +38,7 @@ impl Verdict {
         Verdict::Unexplained,
     ];
 
-    /// In the tables.
+    /// Value of the column `verdict`.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Named => "named",
@@ -50,7 +50,7 @@ impl Verdict {
         }
     }
 
-    /// On pages.
+    /// Verdict as pages and terminal show it.
     pub fn words(self) -> &'static str {
         match self {
             Verdict::Named => "identified",

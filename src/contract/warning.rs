@@ -14,7 +14,7 @@ pub struct Warning {
     pub code: &'static str,
     /// The channel concerned, if it is one.
     pub channel: Option<Channel>,
-    /// How many samples or occurrences.
+    /// Number of samples or occurrences.
     pub count: usize,
     /// When it first happened, s since the start.
     pub time: Option<f64>,

@@ -15,7 +15,7 @@ pub(crate) type Cell = (ManoeuvreKind, usize);
 pub(crate) type Rms = BTreeMap<Cell, (f64, usize)>;
 
 /// Mean and largest root mean square of the residuals of fault-free simulations in each cell.
-pub(crate) type Floor = BTreeMap<Cell, [f64; 2]>;
+pub(crate) type NoiseRms = BTreeMap<Cell, [f64; 2]>;
 
 /// Scores and residuals of fault-free simulations; `S` is the spread and threshold of scores.
 #[derive(Debug, Clone)]
@@ -26,8 +26,8 @@ pub struct Calibration<S> {
     pub nulls: usize,
     /// Largest score of each simulation, judged like the ride.
     pub largest_scores: Vec<f64>,
-    /// Their residuals.
-    pub floor: Floor,
+    /// Noise-only rms: mean and largest of the residuals per cell.
+    pub noise_rms: NoiseRms,
     /// Spread and threshold by which sizes become scores.
     pub scale: S,
 }
@@ -66,13 +66,13 @@ pub fn rms(residuals: impl Iterator<Item = (Cell, f64)>) -> Rms {
     out
 }
 
-/// Floor of `nulls` fault-free simulations.
-pub(crate) fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
-    let mut out = Floor::new();
+/// Noise-only rms of `nulls` fault-free simulations.
+pub(crate) fn noise_rms<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> NoiseRms {
+    let mut out = NoiseRms::new();
     for (cell, (size, _)) in sizes.flatten() {
-        let floor = out.entry(*cell).or_insert([0.0, 0.0]);
-        floor[0] += size / nulls as f64;
-        floor[1] = floor[1].max(*size);
+        let rms = out.entry(*cell).or_insert([0.0, 0.0]);
+        rms[0] += size / nulls as f64;
+        rms[1] = rms[1].max(*size);
     }
     out
 }

@@ -103,7 +103,7 @@ pub enum Refusal {
     /// It gains too little on manoeuvres left out of the fit.
     NotHeldOut,
     /// The candidate that gains more and joined the model instead.
-    Behind(&'static str),
+    Outgained(&'static str),
 }
 
 /// Reasons that refuse candidates at a stage, by candidate name.
@@ -213,7 +213,7 @@ pub struct Structure {
 
 /// Result of the search for causes; `M` is a fitted model.
 #[derive(Debug, Clone)]
-pub struct Naming<M> {
+pub struct Identification<M> {
     /// Every candidate: causes in the order of their identification, withdrawn ones, then the others by score.
     pub causes: Vec<Cause>,
     /// The model with the causes.
@@ -228,14 +228,14 @@ pub struct Naming<M> {
     pub refused_at_first: Refusals,
 }
 
-impl<M> Naming<M> {
+impl<M> Identification<M> {
     /// The causes that are in the extended model.
     pub fn named(&self) -> impl Iterator<Item = &Cause> {
         self.causes.iter().filter(|c| c.verdict.is_cause())
     }
 
     /// Whether there is a cause in the extended model.
-    pub fn any_named(&self) -> bool {
+    pub fn any_identified(&self) -> bool {
         self.named().next().is_some()
     }
 }

@@ -8,14 +8,14 @@
 use std::collections::BTreeMap;
 
 use super::calibration::{Calibration, Cell, Rms};
-use super::cause::{Cause, Estimate, Judged, Naming, Refusal, Refusals, Structure};
+use super::cause::{Cause, Estimate, Identification, Judged, Refusal, Refusals, Structure};
 use crate::contract::verdict::Verdict;
 use crate::store::tables::rows::DiscrepancyRow;
 
 /// Thresholds of identification that differ between road and off-road. Scores are in units of the value that 19 of 20
 /// fault-free simulations stay below.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct NamingRules {
+pub(crate) struct IdentificationRules {
     /// Smallest score of an alarm, and of a cause and its equivalents.
     pub alarm: f64,
     /// Share of the best gain from which a candidate is an equivalent.
@@ -34,13 +34,12 @@ pub(crate) struct Refit<M> {
     pub estimate: Option<Estimate>,
     /// Fall of twice the loss.
     pub gain: f64,
-    /// The joint fit.
     pub model: M,
 }
 
 /// Results of the joint fits with the candidates that alarm.
 #[derive(Debug, Clone)]
-pub(crate) struct Joint<M> {
+pub(crate) struct JointFits<M> {
     /// Candidates that may be causes, the largest gain first.
     pub refits: Vec<Refit<M>>,
     /// Candidates that their fits refuse, or that were not fitted, with the reason.
@@ -100,7 +99,7 @@ pub(crate) trait Engine {
     type Scale;
 
     /// Thresholds of identification.
-    fn rules(&self) -> NamingRules;
+    fn rules(&self) -> IdentificationRules;
 
     /// The nominal model with the scores on it.
     fn nominal_stage(&self) -> Self::Stage;
@@ -110,8 +109,12 @@ pub(crate) trait Engine {
 
     /// Joint fits with the candidates that alarm: those that have a size within their bounds, and what refuses the
     /// others. `named` are in the stage's model.
-    fn refits(&self, stage: &Self::Stage, judged: &[Judged], named: &[Cause])
-    -> Joint<Self::Model>;
+    fn refits(
+        &self,
+        stage: &Self::Stage,
+        judged: &[Judged],
+        named: &[Cause],
+    ) -> JointFits<Self::Model>;
 
     /// Reason why a refitted candidate is not a cause, such as too little gain; `None` if it may be one.
     fn refuses(
@@ -144,7 +147,7 @@ pub(crate) trait Engine {
     fn base_residuals(&self) -> CellResiduals;
 
     /// Residuals of the extended model.
-    fn extended_residuals(&self, naming: &Naming<Self::Model>) -> CellResiduals;
+    fn extended_residuals(&self, identification: &Identification<Self::Model>) -> CellResiduals;
 
     /// Noise of each channel over the largest of its fault-free simulations: the median over the kinds of manoeuvre, at
     /// least 1. A channel that is noisier everywhere is noisy, not wrong.
@@ -161,12 +164,12 @@ pub(crate) trait Engine {
     fn calibration(&self) -> &Calibration<Self::Scale>;
 
     /// Fall of twice the loss on manoeuvres left out: with the causes, and with every candidate free.
-    fn held_out_gains(&self, naming: &Naming<Self::Model>) -> [f64; 2];
+    fn held_out_gains(&self, identification: &Identification<Self::Model>) -> [f64; 2];
 
     /// The misfit that no candidate explains, if there is one.
     fn unexplained(
         &self,
-        naming: &Naming<Self::Model>,
+        identification: &Identification<Self::Model>,
         discrepancies: &[DiscrepancyRow],
     ) -> Option<Unexplained>;
 
@@ -178,7 +181,7 @@ pub(crate) trait Engine {
 }
 
 /// Identifies the causes of a ride.
-pub(crate) fn identify_causes<E: Engine>(engine: &E) -> Naming<E::Model> {
+pub(crate) fn identify_causes<E: Engine>(engine: &E) -> Identification<E::Model> {
     let rules = engine.rules();
     let mut stage = engine.nominal_stage();
     let mut judged = engine.judge(&stage);
@@ -219,7 +222,7 @@ pub(crate) fn identify_causes<E: Engine>(engine: &E) -> Naming<E::Model> {
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(alternatives);
     named.extend(rejected.into_iter().chain(rest));
-    Naming { causes: named, extended, alarm, structure, unexplained, refused_at_first }
+    Identification { causes: named, extended, alarm, structure, unexplained, refused_at_first }
 }
 
 /// The equivalents of the causes, each with the size that it would have in the cause's place. They leave `rest`, where
@@ -252,7 +255,7 @@ fn select<E: Engine>(
     judged: &[Judged],
     named: &[Cause],
 ) -> (Option<Selected<E::Model>>, Refusals) {
-    let Joint { mut refits, mut refused } = engine.refits(stage, judged, named);
+    let JointFits { mut refits, mut refused } = engine.refits(stage, judged, named);
     let at = refits.iter().position(|r| match engine.refuses(stage, r, named) {
         Some(why) => {
             refused.insert(r.judged.candidate.name, why);
@@ -262,8 +265,8 @@ fn select<E: Engine>(
     });
     let Some(at) = at else { return (None, refused) };
     let best = refits.remove(at);
-    let behind = Refusal::Behind(best.judged.candidate.name);
-    refused.extend(refits[at..].iter().map(|r| (r.judged.candidate.name, behind)));
+    let outgained = Refusal::Outgained(best.judged.candidate.name);
+    refused.extend(refits[at..].iter().map(|r| (r.judged.candidate.name, outgained)));
     let least = engine.rules().equivalent * best.gain;
     let near = |r: &&Refit<E::Model>| r.gain > least;
     let as_cause = |r: &Refit<E::Model>| Cause {

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-/// Number of folds.
 pub(crate) const FOLDS: usize = 5;
 
 /// Sum of a loss over the folds, which are computed in parallel: the same to the last digit on any number

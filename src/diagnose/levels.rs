@@ -10,32 +10,31 @@ use std::sync::Arc;
 
 use crate::contract::verdict::Verdict;
 use crate::simulate::effects::pooled_effects::PooledEffect;
-use crate::simulate::effects::{ALL, Effect, Level, Who};
+use crate::simulate::effects::{ALL, Effect, Level, SessionRef};
 use crate::store::tables::rows::POOLED;
 use crate::store::tables::rows::{CauseRow, Ident};
 
-/// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
-const BEYOND: f64 = 4.2;
-/// Share of a session's error that all of them may have in common - what fault-free simulations do not know of the
-/// method's own bias - and that no number of sessions averages out.
-const COMMON: f64 = 0.35;
+/// Least distance of a reported mean from nil, in standard errors: by chance one in a thousand fleets of thirty effects
+/// has such a mean.
+const MIN_STANDARD_ERRORS: f64 = 4.2;
+/// Share of a session's error that all sessions may have in common. It is bias of the method that fault-free
+/// simulations do not show, and no number of sessions averages it out.
+const COMMON_ERROR: f64 = 0.35;
 /// Common error of the sizes of an archive's sessions, as a share: in five simulated archives
 /// of six to twelve rides the mean of their late velocities was 4 to 13 % too large.
-const TOGETHER: f64 = 0.08;
+const COMMON_SHARE: f64 = 0.08;
 /// Least gain on sessions left out, in twice the loss.
 const GAIN: f64 = 9.0;
-/// Times its own error that a session's size has whose model is known to be wrong. Such sessions are not
-/// left out, or an archive of which every model leaves something would be silent about what it shares;
-/// they weigh a quarter instead.
+/// Factor on the error of a session with an unexplained misfit, which then weighs a quarter. Such sessions are kept:
+/// otherwise an archive in which each has one would have no shared causes.
 const DOUBT: f64 = 2.0;
-/// Standard errors from nothing beyond which a session has an effect that it has not named.
+/// Standard errors from nil beyond which a session has an effect that its own diagnosis did not identify.
 const SEEN: f64 = 1.96;
-/// Sessions that have an effect without which, where none has named it, the mean is not named.
-const FEWEST: usize = 2;
+/// Least number of sessions with an effect for its mean to be identified, where no session identified it.
+const MIN_SESSIONS: usize = 2;
 /// Most sessions that a row lists.
 const LISTED: usize = 5;
 
-/// A diagnosed session.
 #[derive(Debug, Clone)]
 pub struct Member {
     /// Session, bike and start.
@@ -51,7 +50,7 @@ impl Member {
     fn group(&self, level: Level) -> String {
         let Ident { session_id, bike_id, start_time } = &self.ident;
         let (site, start_time) = (self.site.as_deref(), start_time.as_deref());
-        let group = level.group(&Who { session_id, bike_id, site, start_time });
+        let group = level.group(&SessionRef { session_id, bike_id, site, start_time });
         match level {
             // two motorcycles may have a session of the same id each
             Level::Session => format!("{bike_id}/{group}"),
@@ -63,13 +62,10 @@ impl Member {
 /// A session's estimate of an effect.
 #[derive(Debug, Clone)]
 struct Evidence {
-    /// The session.
     member: Arc<Member>,
-    /// Estimate.
     value: f64,
-    /// Its standard error.
     std_error: f64,
-    /// Whether the session itself named the effect.
+    /// Whether the session itself identified the effect.
     named: bool,
 }
 
@@ -83,7 +79,7 @@ impl Evidence {
         if row.verdict == Verdict::NotIdentifiable.name() {
             return Err("not identifiable in them");
         }
-        // its size is that without the other, and both cannot be
+        // the size of an alternative assumes that the other cause is absent
         if row.verdict == Verdict::Alternative.name() {
             return Err("one of several in them");
         }
@@ -112,7 +108,7 @@ impl Evidence {
 
 /// Estimates of an effect in all sessions.
 #[derive(Debug, Default)]
-struct Says {
+struct EffectEvidence {
     seen: Vec<Evidence>,
     /// The sessions without an estimate, and why.
     left_out: Vec<(Arc<Member>, &'static str)>,
@@ -121,12 +117,11 @@ struct Says {
 /// Estimates of every effect in the sessions.
 #[derive(Debug, Default)]
 pub struct Pooling {
-    says: BTreeMap<&'static str, Says>,
+    estimates: BTreeMap<&'static str, EffectEvidence>,
 }
 
 impl Pooling {
-    /// Takes a session's rows of `causes`. One of which no row is of an effect on the road has nothing to
-    /// say and is not counted.
+    /// Takes a session's rows of `causes`. A session without a row of an effect on the road is not counted.
     pub fn add(&mut self, member: Member, causes: &[CauseRow]) {
         let member = Arc::new(member);
         let own = |effect: &Effect| {
@@ -136,19 +131,18 @@ impl Pooling {
             return;
         }
         for effect in ALL {
-            let says = self.says.entry(effect.name).or_default();
+            let estimates = self.estimates.entry(effect.name).or_default();
             match Evidence::of(&member, own(effect)) {
-                Ok(evidence) => says.seen.push(evidence),
-                Err(why) => says.left_out.push((member.clone(), why)),
+                Ok(evidence) => estimates.seen.push(evidence),
+                Err(why) => estimates.left_out.push((member.clone(), why)),
             }
         }
     }
 
     /// Rows of `causes` for what sessions share, of every effect by name.
     ///
-    /// A row is identified if a session identified the effect, with this sign, or two have it with this sign beyond
-    /// their errors: a mean that is beyond chance only as a mean is rather what the method is off by in all
-    /// of them. It is kept as not needed.
+    /// A row is identified if one session identified the effect with this sign, or two have it with this sign beyond
+    /// their errors. Any other mean may be a bias of the method in all of them: its row is not needed.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn rows(&self) -> Vec<CauseRow> {
         self.causes().into_iter().map(|cause| cause.row).collect()
@@ -156,11 +150,11 @@ impl Pooling {
 
     /// Shared causes of every effect, by name.
     pub fn causes(&self) -> Vec<SharedCause> {
-        let of = |effect: &'static Effect| Some((effect, self.says.get(effect.name)?));
+        let of = |effect: &'static Effect| Some((effect, self.estimates.get(effect.name)?));
         ALL.iter()
             .filter_map(of)
-            .filter(|(_, says)| says.seen.len() > 1)
-            .flat_map(|(effect, says)| pool_one(effect, says))
+            .filter(|(_, estimates)| estimates.seen.len() > 1)
+            .flat_map(|(effect, estimates)| pool_one(effect, estimates))
             .collect()
     }
 }
@@ -177,7 +171,7 @@ pub struct SharedCause {
 }
 
 impl SharedCause {
-    /// For `run --model`; `None` where it is not named.
+    /// For `run --model`; `None` where the mean is not identified.
     pub fn effect(&self) -> Option<PooledEffect> {
         let CauseRow { effect, unit, pooled_over, .. } = self.row.clone();
         let is_cause = Verdict::from_name(&self.row.verdict).is_some_and(Verdict::is_cause);
@@ -195,26 +189,26 @@ impl SharedCause {
 }
 
 /// Weighted mean, its standard error with the scatter between sessions, and the squared misfit.
-fn mean(says: &[&Evidence]) -> (f64, f64, f64) {
+fn mean(estimates: &[&Evidence]) -> (f64, f64, f64) {
     let weight = |s: &&&Evidence| s.std_error.powi(-2);
-    let total: f64 = says.iter().map(|s| weight(&s)).sum();
-    let mean = says.iter().map(|s| weight(&s) * s.value).sum::<f64>() / total;
-    let misfit: f64 = says.iter().map(|s| weight(&s) * (s.value - mean).powi(2)).sum();
-    // sessions that differ more than their errors say make the mean less sure (Birge 1932)
-    let degrees = (says.len() as f64 - 1.0).max(1.0);
+    let total: f64 = estimates.iter().map(|s| weight(&s)).sum();
+    let mean = estimates.iter().map(|s| weight(&s) * s.value).sum::<f64>() / total;
+    let misfit: f64 = estimates.iter().map(|s| weight(&s) * (s.value - mean).powi(2)).sum();
+    // sessions that differ more than their errors make the mean less certain (Birge 1932)
+    let degrees = (estimates.len() as f64 - 1.0).max(1.0);
     let scatter = (misfit / degrees).max(1.0).sqrt() / total.sqrt();
-    let usual = (says.len() as f64 / total).sqrt();
-    (mean, scatter.hypot(COMMON * usual), misfit)
+    let usual = (estimates.len() as f64 / total).sqrt();
+    (mean, scatter.hypot(COMMON_ERROR * usual), misfit)
 }
 
 /// Fall of twice the loss when each session is predicted from the others of its group.
-fn left_out(says: &[&Evidence]) -> f64 {
-    (0..says.len())
+fn left_out(estimates: &[&Evidence]) -> f64 {
+    (0..estimates.len())
         .map(|k| {
             let others: Vec<&Evidence> =
-                says.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, s)| *s).collect();
+                estimates.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, s)| *s).collect();
             let (by, _, _) = mean(&others);
-            let own = says[k];
+            let own = estimates[k];
             by * (2.0 * own.value - by) / own.std_error.powi(2)
         })
         .sum()
@@ -223,19 +217,19 @@ fn left_out(says: &[&Evidence]) -> f64 {
 /// The estimates by the group of a level.
 fn grouped(seen: &[Evidence], level: Level) -> BTreeMap<String, Vec<&Evidence>> {
     let mut groups: BTreeMap<String, Vec<&Evidence>> = BTreeMap::new();
-    for say in seen {
-        groups.entry(say.member.group(level)).or_default().push(say);
+    for estimate in seen {
+        groups.entry(estimate.member.group(level)).or_default().push(estimate);
     }
     groups
 }
 
-/// The level whose groups explain the estimates best, and those that these sessions cannot tell from it;
-/// `None` where nothing or each session by itself does: their own rows say it.
+/// The level whose groups explain the estimates best, and the other levels with the same groups. `None` if there is no
+/// effect, or if each session has its own size: the sessions' own rows have that.
 fn level_of(effect: &Effect, seen: &[Evidence]) -> Option<(Level, Vec<Level>)> {
     let n = seen.len() as f64;
     let partition = |level: Level| -> BTreeSet<Vec<String>> {
-        let ids = |says: &Vec<&Evidence>| -> Vec<String> {
-            says.iter().map(|s| s.member.ident.session_id.clone()).collect()
+        let ids = |estimates: &Vec<&Evidence>| -> Vec<String> {
+            estimates.iter().map(|s| s.member.ident.session_id.clone()).collect()
         };
         grouped(seen, level).values().map(ids).collect()
     };
@@ -249,24 +243,24 @@ fn level_of(effect: &Effect, seen: &[Evidence]) -> Option<(Level, Vec<Level>)> {
     if cost(best) >= nothing || best == Level::Session {
         return None;
     }
-    // of levels that these sessions cannot tell apart the one that the effect usually has speaks
+    // of levels with the same groups the usual one of the effect is taken
     let same: Vec<Level> =
         levels.into_iter().filter(|l| partition(*l) == partition(best)).collect();
-    // what each ride has by itself, as a sensor's zero, is the motorcycle's where rides share it
+    // an effect that each ride usually has by itself, such as a sensor's zero, is the motorcycle's if rides share it
     let usual = if effect.level == Level::Session { Level::Bike } else { effect.level };
     let level = if same.contains(&usual) { usual } else { best };
     Some((level, same.into_iter().filter(|l| *l != level).collect()))
 }
 
-fn pool_one(effect: &Effect, says: &Says) -> Vec<SharedCause> {
-    let Some((level, others)) = level_of(effect, &says.seen) else { return Vec::new() };
+fn pool_one(effect: &Effect, estimates: &EffectEvidence) -> Vec<SharedCause> {
+    let Some((level, others)) = level_of(effect, &estimates.seen) else { return Vec::new() };
     let others: Vec<&str> = others.iter().map(|l| l.name()).collect();
     let also = match others.is_empty() {
         true => String::new(),
         false => format!("; these sessions cannot tell it from {}", others.join(", ")),
     };
     let of_group = |(name, seen): (String, Vec<&Evidence>)| {
-        let left_out: Vec<(&str, &'static str)> = says
+        let left_out: Vec<(&str, &'static str)> = estimates
             .left_out
             .iter()
             .filter(|(member, _)| member.group(level) == name)
@@ -276,7 +270,7 @@ fn pool_one(effect: &Effect, says: &Says) -> Vec<SharedCause> {
         let row = shared(effect, &Group { level, name, seen, left_out })?;
         Some(SharedCause { row: CauseRow { reason: row.reason + &also, ..row }, level, sessions })
     };
-    grouped(&says.seen, level).into_iter().filter_map(of_group).collect()
+    grouped(&estimates.seen, level).into_iter().filter_map(of_group).collect()
 }
 
 /// The sessions that may share an effect.
@@ -292,7 +286,7 @@ struct Group<'a> {
 fn shared(effect: &Effect, group: &Group<'_>) -> Option<CauseRow> {
     let (value, std_error, _) = mean(&group.seen);
     let gain = left_out(&group.seen);
-    let score = (value / std_error).abs() / BEYOND;
+    let score = (value / std_error).abs() / MIN_STANDARD_ERRORS;
     let sound = score >= 1.0 && gain >= GAIN && effect.in_bounds(value);
     if group.seen.len() < 2 || !sound {
         return None;
@@ -300,9 +294,9 @@ fn shared(effect: &Effect, group: &Group<'_>) -> Option<CauseRow> {
     let agreeing = || group.seen.iter().filter(|s| s.agrees(value));
     let named = agreeing().filter(|s| s.named).count();
     let seen = agreeing().filter(|s| s.is_seen()).count();
-    let supported = named > 0 || seen >= FEWEST;
+    let supported = named > 0 || seen >= MIN_SESSIONS;
     let verdict = if supported { Verdict::Named } else { Verdict::NotNeeded };
-    let half_width = 1.96 * std_error.hypot(TOGETHER * value);
+    let half_width = 1.96 * std_error.hypot(COMMON_SHARE * value);
     let bikes: BTreeSet<&str> =
         group.seen.iter().map(|s| s.member.ident.bike_id.as_str()).collect();
     let bike = bikes.first().filter(|_| bikes.len() == 1).copied().unwrap_or(POOLED);
@@ -336,13 +330,13 @@ fn shared(effect: &Effect, group: &Group<'_>) -> Option<CauseRow> {
 fn reason(sentence: &str, group: &Group<'_>, [named, seen]: [usize; 2]) -> String {
     let n = group.seen.len();
     let all = n + group.left_out.len();
-    let mut text = match named > 0 || seen >= FEWEST {
+    let mut text = match named > 0 || seen >= MIN_SESSIONS {
         true => {
             format!("{sentence}: shared by {n} of {all} sessions, identified in {named} of them")
         }
         false => format!(
-            "not identified: no session identified it and {seen} have it beyond their error: the mean of {n} of \
-             {all} sessions would say that {sentence}"
+            "not identified: no session identified it and {seen} have it beyond their error: the \
+             mean of {n} of {all} sessions would mean that {sentence}"
         ),
     };
     let doubtful: Vec<&str> = group
@@ -353,7 +347,8 @@ fn reason(sentence: &str, group: &Group<'_>, [named, seen]: [usize; 2]) -> Strin
         .collect();
     if !doubtful.is_empty() {
         let ids = listed(&doubtful);
-        text += &format!("; with twice their error, as something is unexplained there: {ids}");
+        text +=
+            &format!("; counted with twice their error, as they have an unexplained misfit: {ids}");
     }
     let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (id, why) in &group.left_out {
@@ -441,10 +436,10 @@ mod tests {
 
     #[test]
     fn no_number_of_sessions_makes_a_size_surer_than_they_may_be_off_by_together() {
-        let says = vec![row("latency", Verdict::NotNeeded, 5.0); 400];
-        let rows = of_sessions(&says, |_| true);
+        let estimates = vec![row("latency", Verdict::NotNeeded, 5.0); 400];
+        let rows = of_sessions(&estimates, |_| true);
         let (Some(low), Some(high)) = (rows[0].ci95_low, rows[0].ci95_high) else { panic!() };
-        assert!(high - low > 2.0 * 1.96 * TOGETHER * 0.05, "{low} to {high}");
+        assert!(high - low > 2.0 * 1.96 * COMMON_SHARE * 0.05, "{low} to {high}");
     }
 
     #[test]
@@ -454,7 +449,7 @@ mod tests {
         let [own] = &of_sessions(&weak, |_| true)[..] else { panic!() };
         assert_eq!(own.verdict, "not_needed");
         assert!(own.reason.contains("no session identified it and 0 have it"), "{}", own.reason);
-        // one that named it, or two beyond their errors
+        // one that identified it, or two beyond their errors
         let mut rows = weak.clone();
         rows[7] = row("latency", Verdict::Ambiguous, 1.9);
         assert_eq!(of_sessions(&rows, |_| true)[0].verdict, "named");
@@ -481,7 +476,7 @@ mod tests {
         let [late] = &effects[..] else { panic!("{effects:?}") };
         assert_eq!(causes.len(), 2);
         assert_eq!((late.level, late.group.as_str(), late.sessions), (Level::Bike, "a", 80));
-        assert!((late.value - 0.05).abs() < 1e-12 && late.std_error > TOGETHER * 0.05);
+        assert!((late.value - 0.05).abs() < 1e-12 && late.std_error > COMMON_SHARE * 0.05);
     }
 
     #[test]
@@ -507,12 +502,12 @@ mod tests {
 
     #[test]
     fn a_session_with_something_unexplained_has_twice_its_error() {
-        let says = vec![row("latency", Verdict::NotNeeded, 5.0); 8];
+        let estimates = vec![row("latency", Verdict::NotNeeded, 5.0); 8];
         let width = |sound: bool| {
-            let rows = of_sessions(&says, |_| sound);
+            let rows = of_sessions(&estimates, |_| sound);
             rows[0].value.zip(rows[0].ci95_high).map_or(f64::NAN, |(value, high)| high - value)
         };
-        let of_mean = |width: f64| (width / 1.96).powi(2) - (TOGETHER * 0.05).powi(2);
+        let of_mean = |width: f64| (width / 1.96).powi(2) - (COMMON_SHARE * 0.05).powi(2);
         assert!((of_mean(width(false)) / of_mean(width(true)) - 4.0).abs() < 1e-6);
     }
 }

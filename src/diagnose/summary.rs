@@ -73,7 +73,7 @@ fn unnamed(
     std::iter::once(first).chain(refused(causes)).collect()
 }
 
-/// A named cause with its size and its equivalents; `needed` is the score that a name takes elsewhere.
+/// An identified cause with its size and its equivalents; `needed` is the score that identifies a cause elsewhere.
 fn cause(row: &CauseRow, needed: f64) -> String {
     let mut text = format!("{}: {}", row.effect, row.reason);
     let size = sized(row).map_or_else(
@@ -146,7 +146,7 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
     let gains = SimulationError::gains(errors);
     let share = SimulationError::explained(errors).map(|share| {
         let percent = (100.0 * share.max(0.0)).round();
-        format!("Of what is beyond noise in the simulation of manoeuvres left out {percent} % is explained.")
+        format!("The causes explain {percent} % of the simulation error beyond noise on manoeuvres left out.")
     });
     let better = gains.iter().take(GAINS).map(|row| format!("simulated: {}", clause(row)));
     let worse = errors.iter().find(|r| r.is_worse());
@@ -156,8 +156,7 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
         .chain(worse.map(|row| format!("simulated worse: {}", clause(row))))
         .collect();
     if gains.is_empty() && errors.iter().any(|r| r.rmse_extended.is_some()) {
-        let none =
-            "The simulation of manoeuvres left out gets no better, or by too little to be seen.";
+        let none = "The causes do not visibly improve the simulation of manoeuvres left out.";
         lines.insert(0, none.to_owned());
     }
     lines

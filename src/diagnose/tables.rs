@@ -1,7 +1,7 @@
 //! The rows of `causes` and `discrepancies`.
 
 use super::calibration::{Cell, Rms, correlation, rms};
-use super::cause::{Candidate, Cause, Naming, Objection, Refusal};
+use super::cause::{Candidate, Cause, Identification, Objection, Refusal};
 use super::engine::{CellResiduals, Engine, Unexplained};
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::report::readable;
@@ -14,20 +14,20 @@ const STRUCTURED: f64 = 1.25;
 /// One row per candidate, and one of what none of them explains.
 pub(crate) fn causes<E: Engine>(
     engine: &E,
-    naming: &Naming<E::Model>,
+    identification: &Identification<E::Model>,
     discrepancies: &[DiscrepancyRow],
     ident: &Ident,
 ) -> Vec<CauseRow> {
     let mut rows: Vec<CauseRow> =
-        naming.causes.iter().map(|cause| cause_row(engine, cause, ident)).collect();
+        identification.causes.iter().map(|cause| cause_row(engine, cause, ident)).collect();
     if let Some(first) = rows.first_mut()
-        && naming.any_named()
+        && identification.any_identified()
     {
-        let [gain, bound] = engine.held_out_gains(naming);
+        let [gain, bound] = engine.held_out_gains(identification);
         (first.gain_heldout, first.gain_upper_bound) = (Some(gain), Some(bound));
     }
-    if let Some(own) = engine.unexplained(naming, discrepancies) {
-        let place = if own.first { 0 } else { naming.named().count() };
+    if let Some(own) = engine.unexplained(identification, discrepancies) {
+        let place = if own.first { 0 } else { identification.named().count() };
         rows.insert(place, unexplained_row(own, ident));
     }
     for (rank, row) in (1..).zip(&mut rows) {
@@ -100,8 +100,8 @@ fn reason(cause: &Cause, remark: &str) -> String {
             cause.equivalent.join(", "),
         ),
         (Verdict::Alternative, None) => format!(
-            "{sentence}, in the place of what stands above: this ride cannot tell them apart; alone it would have this size \
-             (2 x log-likelihood gain {gain:.0})"
+            "{sentence}, instead of the cause above: this ride cannot tell them apart; alone it \
+             would have this size (2 x log-likelihood gain {gain:.0})"
         ),
         (Verdict::NotIdentifiable, None) => {
             format!("not identifiable in this ride{remark}; what would show it: {separate_by}")
@@ -123,7 +123,7 @@ fn refusal(why: Refusal, candidate: &Candidate) -> String {
     let size = |x: f64| readable::size(x, name, unit);
     match why {
         Refusal::NoAlarm(needed) => format!(
-            "no more than other motorcycles show where nothing is wrong: a cause needs a score of {needed}"
+            "no larger than on fault-free rides of other motorcycles: a cause needs a score of {needed}"
         ),
         Refusal::NotFitted => {
             "it gains far less than the candidates that were fitted with the model".to_owned()
@@ -138,28 +138,28 @@ fn refusal(why: Refusal, candidate: &Candidate) -> String {
             "the joint fit gains too little: 2 x log-likelihood gain {gain:.1}, a cause needs {needed:.0}"
         ),
         Refusal::Small(found) if found.is_finite() => {
-            format!("its size, {}, is less than a bike file is usually known to", size(found))
+            format!("its size, {}, is below the usual uncertainty of a bike file", size(found))
         }
         Refusal::Related => "another cause of the same kind is identified".to_owned(),
         Refusal::Implausible(_) | Refusal::Small(_) | Refusal::Vague => {
             "its size is not known well enough".to_owned()
         }
         Refusal::NotHeldOut => "it gains too little on manoeuvres left out of the fit".to_owned(),
-        Refusal::Behind(other) => format!("{other} gains more and was tried in its place"),
+        Refusal::Outgained(other) => format!("{other} gains more and was tried in its place"),
     }
 }
 
 /// One row per channel and kind of manoeuvre.
 pub(crate) fn discrepancies<E: Engine>(
     engine: &E,
-    naming: &Naming<E::Model>,
+    identification: &Identification<E::Model>,
     ident: &Ident,
 ) -> Vec<DiscrepancyRow> {
     let channels = engine.channels();
     let base = engine.base_residuals();
-    let extended = engine.extended_residuals(naming);
+    let extended = engine.extended_residuals(identification);
     let before = rms_of(&base);
-    let after = naming.any_named().then(|| rms_of(&extended));
+    let after = identification.any_identified().then(|| rms_of(&extended));
     let noisier = engine.noise_factors(&before);
     let (covariates, of_rest) = engine.covariates();
     let followed = if of_rest { &extended } else { &base };
@@ -168,8 +168,8 @@ pub(crate) fn discrepancies<E: Engine>(
         .map(|(cell, &(size, n))| {
             let (kind, channel) = *cell;
             let own = &base[cell];
-            let [floor, largest] =
-                engine.calibration().floor.get(cell).copied().unwrap_or([0.0; 2]);
+            let [noise_rms, largest] =
+                engine.calibration().noise_rms.get(cell).copied().unwrap_or([0.0; 2]);
             // nothing is known of what no fault-free simulation could ride
             let structured = largest > 0.0
                 && n >= engine.fewest_blocks()
@@ -183,7 +183,7 @@ pub(crate) fn discrepancies<E: Engine>(
                 rmse_base: size,
                 rmse_extended: after.as_ref().and_then(|a| a.get(cell)).map(|(size, _)| *size),
                 bias: own.iter().map(|(_, r)| r).sum::<f64>() / own.len() as f64,
-                noise_floor: floor,
+                noise_floor: noise_rms,
                 null_largest: largest,
                 structured,
                 covariate: covariate.map(|(name, _)| name.to_owned()),

@@ -8,16 +8,12 @@
 
 use crate::contract::verdict::{ALARM_OFFROAD, ALARM_ROAD};
 
-/// A tuned constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Constant<T> {
-    /// Its field.
     pub name: &'static str,
-    /// What it decides.
     pub words: &'static str,
     /// The measurement or the argument that set it.
     pub reason: &'static str,
-    /// Reads it.
     pub get: fn(&T) -> f64,
     /// Puts it; of a count the whole part.
     pub set: fn(&mut T, f64),
@@ -55,7 +51,7 @@ macro_rules! tuning {
 }
 
 tuning! {
-    /// What decides whether a candidate is named on the road. Scores are in units of what 19 of 20 fault-free
+    /// Thresholds by which a candidate is identified on the road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     RoadTuning, ROAD:
     alarm: f64 = ALARM_ROAD,
@@ -110,7 +106,7 @@ tuning! {
 }
 
 tuning! {
-    /// What decides whether a candidate is named off-road. Scores are in units of what 19 of 20 fault-free
+    /// Thresholds by which a candidate is identified off-road. Scores are in units of what 19 of 20 fault-free
     /// simulations stay below, gains are falls of twice the loss.
     OffroadTuning, OFFROAD:
     alarm: f64 = ALARM_OFFROAD,
@@ -146,7 +142,7 @@ tuning! {
 /// diagnosed with other values, their number and how many of their verdicts changed at two thirds and at
 /// four thirds of each value on the road.
 pub fn reference(changes: Option<(usize, &[[usize; 2]])>) -> String {
-    let mut text = "# Constants of the naming\n\n\
+    let mut text = "# Constants of the identification\n\n\
         `cargo run --release --example constants -- --rides 20 > book/src/reference/constants.md` writes this \
         page. What each constant decides and what set it is declared beside it in `src/diagnose/tuning.rs`; \
         the prototype is that of [Diagnosis](../diagnosis.md), section 3.1. Scores are in units of what 19 of 20 \

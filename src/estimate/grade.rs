@@ -59,7 +59,6 @@ fn around([i, j]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
 pub(crate) struct Grade {
     /// Rise over run, uphill positive.
     pub value: Vec<f64>,
-    /// Its standard deviation.
     pub sd: Vec<f64>,
 }
 
@@ -112,11 +111,11 @@ fn means(x: &[f64], step: usize) -> Vec<f64> {
 struct Ride {
     /// Distance of the means, s.
     step: f64,
-    /// m/s.
+    /// Speed, m/s.
     speed: Vec<f64>,
-    /// m.
+    /// Altitude, m.
     altitude: Option<Vec<f64>>,
-    /// m/s.
+    /// Climb, m/s.
     climb: Option<Vec<f64>>,
 }
 

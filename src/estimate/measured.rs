@@ -45,7 +45,6 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Every quantity.
     pub(crate) const ALL: [Quantity; 6] = [
         Quantity::SlipAngle,
         Quantity::ForceX,

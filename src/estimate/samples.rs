@@ -13,11 +13,9 @@ pub(crate) const SLIP_ANGLE: [Channel; 2] = [Channel::SlipAngleFront, Channel::S
 pub(crate) const FORCE_X: [Channel; 2] = [Channel::WheelForceXFront, Channel::WheelForceXRear];
 /// Side forces.
 pub(crate) const FORCE_Y: [Channel; 2] = [Channel::WheelForceYFront, Channel::WheelForceYRear];
-/// Loads.
 pub(crate) const LOAD: [Channel; 2] = [Channel::WheelForceZFront, Channel::WheelForceZRear];
 /// Overturning moments.
 pub(crate) const MOMENT_X: [Channel; 2] = [Channel::WheelMomentXFront, Channel::WheelMomentXRear];
-/// Brake torques.
 pub(crate) const BRAKE_TORQUE: [Channel; 2] = [Channel::BrakeTorqueFront, Channel::BrakeTorqueRear];
 
 macro_rules! samples {
@@ -32,7 +30,6 @@ macro_rules! samples {
             $($(#[$of])* pub $pair: [Vec<f64>; 2],)*
         }
 
-        /// One sample.
         struct Sample {
             segment: usize,
             $($column: f64,)*
@@ -50,7 +47,7 @@ macro_rules! samples {
                 }
             }
 
-            /// Puts other samples behind these.
+            /// Appends other samples.
             pub fn append(&mut self, mut other: Samples) {
                 self.segment.append(&mut other.segment);
                 $(self.$column.append(&mut other.$column);)*
@@ -132,7 +129,6 @@ samples! {
 }
 
 impl Samples {
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.segment.len()
     }
@@ -222,7 +218,7 @@ const MIDDLE: f64 = 0.05;
 /// Half the span of the rate of a noisy channel, s: a satellite's lateral velocity is one.
 const WIDE: f64 = 0.1;
 /// Time before and after a sample in which a change counts, s.
-const NEAR: f64 = 0.4;
+const CHANGE_WINDOW_S: f64 = 0.4;
 
 type Values<'a> = Option<&'a [f64]>;
 
@@ -322,9 +318,9 @@ impl<'a> Reader<'a> {
         x.map_or(f64::NAN, |x| (x[b] - 2.0 * x[i] + x[a]) / (span * span))
     }
 
-    /// Largest change within [`NEAR`] before and after.
+    /// Largest change within [`CHANGE_WINDOW_S`] before and after.
     fn change(&self, x: Values<'_>, i: usize) -> f64 {
-        let near = (NEAR * self.session.rate).round() as usize;
+        let near = (CHANGE_WINDOW_S * self.session.rate).round() as usize;
         x.map_or(f64::NAN, |x| {
             let (before, after) = (x[i.saturating_sub(near)], x[(i + near).min(self.last)]);
             (after - x[i]).abs().max((x[i] - before).abs())

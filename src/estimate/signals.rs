@@ -41,7 +41,6 @@ const MOST_PITCH: f64 = 15.0;
 /// follow one another.
 #[derive(Debug, Clone)]
 pub struct Inputs {
-    /// The bike file.
     pub bike: Bike,
     /// Which form of the equations.
     pub formulation: Formulation,
@@ -427,7 +426,7 @@ impl Inputs {
         }
     }
 
-    /// Handlebar angle of a sample, rad. METHOD: where none was measured the front wheel points along the bend, with the
+    /// Handlebar angle of a sample, rad. METHOD: where none was measured the front wheel points along the corner, with the
     /// rear one's slip angle: `tan(Delta) = l psi' / u`, (30) solved for the handlebar. Camber and forces hardly depend
     /// on it: a degree of difference between the slips is 0.4 degrees of front camber.
     fn handlebar(&self, x: &Samples, i: usize, v: f64, (sin_phi, cos_phi): (f64, f64)) -> f64 {
@@ -599,7 +598,7 @@ impl Inputs {
         };
         let slip_force = s.total_x - front_x * cos_d + self.rolling * s.load[1];
         let pull = rear_k_x * slip_force * s.camber[1].tan();
-        // a bend taken slower and slower is not steady: the bike's own yaw inertia
+        // a corner taken slower and slower is not steady: the bike's own yaw inertia
         let yaw = if corrected { fixed.yaw_inertia * x.yaw_acceleration[i] } else { 0.0 };
         let yaw = if yaw.is_finite() { yaw } else { 0.0 };
         let moment = twist + along + pull + lf * front_x * sin_d - yaw;
@@ -663,9 +662,9 @@ impl Inputs {
 struct Fixed {
     /// Sine and cosine of the caster angle.
     caster: (f64, f64),
-    /// kg m².
+    /// Yaw inertia, kg m².
     yaw_inertia: f64,
-    /// m.
+    /// Normal trail, m.
     normal_trail: f64,
 }
 
@@ -692,22 +691,22 @@ pub struct HeldLag {
 struct CornerState {
     /// Forward speed of the centre of mass, m/s.
     speed: f64,
-    /// rad.
+    /// Roll, rad.
     roll: f64,
     sin_roll: f64,
     cos_roll: f64,
     /// Yaw rate, rad/s.
     turn: f64,
-    /// rad.
+    /// Slip angle, rad.
     slip_angle: [f64; 2],
-    /// rad.
+    /// Camber, rad.
     camber: [f64; 2],
     front: FrontWheel,
     /// Longitudinal force of both tyres, N.
     total_x: f64,
     /// Upward acceleration of the centre of mass over gravity.
     lift: f64,
-    /// N.
+    /// Load, N.
     load: [f64; 2],
     /// Lateral acceleration of the centre of mass, m/s².
     lateral: f64,
@@ -857,7 +856,7 @@ mod tests {
         };
         let along = (bike.wheelbase * turn / ground).atan();
         assert!((angle(&inputs) - along).abs() < 1e-12);
-        // a front wheel that slips more than the rear one points that much less into the bend
+        // a front wheel that slips more than the rear one points that much less into the corner
         inputs.slip_difference = 0.05;
         assert!((angle(&inputs) - (along - 0.05 * leaning.0)).abs() < 1e-12);
         let measured = Samples { steer: vec![0.02], ..x.clone() };

@@ -69,7 +69,6 @@ pub struct Zeros {
     pub slip_of_lean_se: f64,
     /// Zeros of measured slip angles, front and rear, rad: their values in straight running.
     pub slip_angle: [f64; 2],
-    /// Their standard errors.
     pub slip_angle_se: [f64; 2],
 }
 
@@ -281,7 +280,7 @@ fn slip_angle_zero(
 
 /// The coarse motion of a ride, whose straight parts show the lateral zeros.
 struct Straight {
-    /// m/s.
+    /// V, m/s.
     v: Vec<f64>,
     /// Lateral velocity, m/s.
     vy: Vec<f64>,
@@ -289,7 +288,7 @@ struct Straight {
     turn: Vec<f64>,
     /// Roll without its zero, rad.
     lean: Vec<f64>,
-    /// rad/s.
+    /// Roll rate, rad/s.
     roll_rate: Vec<f64>,
     /// Handlebar angle, rad.
     steer: Option<Vec<f64>>,
@@ -387,7 +386,7 @@ fn longitudinal(
     if (rows.len() as f64) < 20.0 * coarse.rate {
         return;
     }
-    let apart = Apart { a: &a, dv: &dv, pitching, rows: &rows };
+    let apart = Separation { a: &a, dv: &dv, pitching, rows: &rows };
     let Some(Lag { best, latency, latency_se }) = lag(&apart, reach as i64, coarse.rate) else {
         return;
     };
@@ -397,13 +396,13 @@ fn longitudinal(
         if latency.abs() > 5e-3 {
             let late = 1e3 * latency;
             let message = format!(
-                "the velocity lags the acceleration by {late:.1} ms; corrected here, and `diagnose`, \
-                 which reads the log without that, lists it as `latency`"
+                "the velocity lags the acceleration by {late:.1} ms; `run` corrects this, \
+                 `diagnose` lists it as `latency`"
             );
             warnings.push(noticed("velocity_latency", Channel::VelocityX, message));
         }
     }
-    // the zero from straight running only: in a bend an error of the lateral velocity comes in
+    // the zero from straight running only: in a corner an error of the lateral velocity comes in
     let Some(turn) = turn else { return };
     let straight: Vec<usize> = rows.iter().copied().filter(|&i| turn[i].abs() < 0.1).collect();
     if (straight.len() as f64) < 10.0 * coarse.rate {
@@ -453,9 +452,8 @@ fn of_ends(straight: &[usize], differences: &[f64], rate: f64) -> f64 {
 struct Lag {
     /// In whole samples.
     best: i64,
-    /// s.
+    /// Latency, s.
     latency: f64,
-    /// Its standard error.
     latency_se: f64,
 }
 
@@ -463,7 +461,7 @@ struct Lag {
 /// frame that begins to pitch.
 ///
 /// METHOD: that part leads the braking, as the velocity would if it came late; 0.3 m of height without it were 7 ms.
-struct Apart<'a> {
+struct Separation<'a> {
     a: &'a [f64],
     dv: &'a [f64],
     /// Pitch acceleration, on the clock of `a`; where it is not known.
@@ -471,7 +469,7 @@ struct Apart<'a> {
     rows: &'a [usize],
 }
 
-impl Apart<'_> {
+impl Separation<'_> {
     /// Spread of `a(t - lag) - dv(t)` that no height of the accelerometer explains, (m/s²)².
     fn spread(&self, lag: i64) -> f64 {
         let n = self.rows.len() as f64;
@@ -493,7 +491,7 @@ impl Apart<'_> {
 
 /// The lag, of `reach` samples at most, at which `a(t - lag) - dv(t)` spreads least; `None` where the
 /// two have nothing in common. `rate` in Hz.
-fn lag(apart: &Apart<'_>, reach: i64, rate: f64) -> Option<Lag> {
+fn lag(apart: &Separation<'_>, reach: i64, rate: f64) -> Option<Lag> {
     let n = apart.rows.len() as f64;
     let spread = |lag| apart.spread(lag);
     let best = (-reach..=reach)

@@ -87,7 +87,7 @@ fn mirror(x: &[f64], i: isize) -> f64 {
     if r <= last { x[r] } else { x[2 * last - r] }
 }
 
-/// What a kernel depends on.
+/// Parameters of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Shape {
     /// Cut per sampling rate.

@@ -17,9 +17,7 @@ pub struct FittedNumbers {
     pub radius: [Option<f64>; 2],
     /// Drag and rolling resistance.
     pub resistance: Option<Resistance>,
-    /// Friction curves.
     pub friction: [Option<Curve>; 2],
-    /// Lateral.
     pub lateral: [cornering::Parameters; 2],
     /// See [`cornering::K_X`].
     pub overturning: Option<f64>,
@@ -39,9 +37,7 @@ pub struct Curve {
 /// A quotient of two uncertain numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quotient {
-    /// Its numerator.
     pub numerator: f64,
-    /// Its denominator.
     pub denominator: f64,
 }
 
@@ -54,11 +50,10 @@ impl Quotient {
 /// Coefficients, or the change of coefficients.
 #[derive(Debug, Clone)]
 pub struct Assembled {
-    /// The coefficients.
     pub values: Values,
     /// `k_alpha0` of each tyre: `1 / t1`, or printed (39).
     pub stiffness: [Quotient; 2],
-    /// What its denominator gains with the square of camber, 1/rad²: `t2`, or `c3` as printed.
+    /// Growth of its denominator with the square of camber, 1/rad²: `t2`, or `c3` as printed.
     pub growth: [f64; 2],
 }
 

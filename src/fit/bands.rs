@@ -27,7 +27,6 @@ const HEIGHT: usize = 2;
 /// A curve at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Band {
-    /// Its value.
     pub value: f64,
     /// 95 % interval with all that the curve depends on; `None` where the ride does not bound it.
     pub interval: Option<[f64; 2]>,

@@ -7,7 +7,7 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::contract::session::Session;
 use crate::store::tables::rows::Coefficient;
 
-/// What slopes, the rider's posture and a resistance that coasting did not show move it by, of the value, one standard
+/// Error by slopes, the rider's posture and a resistance that coasting did not show, relative, one standard
 /// deviation, front and rear: on eight logs of four simulated track sessions (seed 6180) the errors were 0.026 and 0.021 rms,
 /// of which the fits' own intervals explain 0.015 and 0.009; with 0.02 for both, 7 of 30 front intervals of ten others (seed
 /// 9050) missed.

@@ -98,7 +98,7 @@ pub(crate) fn solve_once(
     Solution { found, upstream: Vec::new(), fits, samples, inputs, ridden: [None, None] }
 }
 
-/// What moves the coefficients of a solution besides their own manoeuvres; `data` and `bike` as it was solved with.
+/// Quantities that move the coefficients of a solution besides their own manoeuvres; `data` and `bike` as it was solved with.
 pub(crate) fn upstream(
     solution: &Solution,
     data: &Data,
@@ -151,7 +151,7 @@ fn rolling_front(data: &Data, fits: &Fits, formulation: Formulation) -> Option<R
     }
 }
 
-/// What the model itself may be wrong by: each coefficient on its own.
+/// Error of the model itself: each coefficient on its own.
 fn model_errors(
     found: &Assembled,
     formulation: Formulation,

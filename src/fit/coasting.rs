@@ -68,9 +68,9 @@ pub struct Coasting {
 /// Drag (kg/m) and rolling resistance coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resistance {
-    /// kg/m.
+    /// Drag, kg/m.
     pub drag: f64,
-    /// Over weight.
+    /// Rolling resistance over weight.
     pub rolling: f64,
 }
 
@@ -86,7 +86,7 @@ impl Coasting {
         [0, 1].map(|k| self.radius[k].as_ref().map(|f| f.theta[RADIUS]))
     }
 
-    /// What slows the coasting motorcycle.
+    /// Resistances of the coasting motorcycle.
     pub fn resistances(&self) -> Option<Resistance> {
         self.resistance.as_ref().map(|f| Resistance::of(&f.theta))
     }
@@ -206,7 +206,6 @@ pub(crate) struct Run {
     pub columns: Vec<f64>,
     /// Mean resistance over weight.
     pub resistance: f64,
-    /// Number of samples.
     pub samples: usize,
 }
 

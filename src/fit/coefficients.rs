@@ -36,6 +36,7 @@ pub fn rows(
                 ident: ident.clone(),
                 tyre: id.part.name().to_owned(),
                 coefficient: spec.name.to_owned(),
+                term: Some(spec.term.to_owned()),
                 symbol: spec.symbol.to_owned(),
                 value: finite(value),
                 unit: spec.unit.to_owned(),
@@ -71,7 +72,7 @@ pub(super) struct Estimate {
 /// Of what nothing is known.
 const UNKNOWN: Estimate = Estimate { std_error: f64::NAN, dof: 0.0, interval: Interval::Unbounded };
 
-/// What a rule knows: its own width, whatever its inputs are known to.
+/// Estimate from a rule, with the width of the rule, whatever its inputs are known to.
 fn of_rule(value: f64) -> Estimate {
     let [low, high] = RULE.map(|share| share * value);
     let interval = Interval::Bounded { low, high };

@@ -18,7 +18,7 @@ pub struct Config {
     pub max_relative_interval: f64,
     /// Fewest manoeuvres for an interval.
     pub min_manoeuvres: usize,
-    /// What motorcycles do that the model does not, by coefficient: a standard deviation over the value, on top
+    /// Errors of the model on real motorcycles, by coefficient: a standard deviation over the value, on top
     /// of what the ride and the bike file leave open. `examples/coverage --learn` finds it.
     pub model_error: BTreeMap<String, f64>,
 }

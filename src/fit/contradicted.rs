@@ -36,7 +36,7 @@ fn decides(channel: Channel, id: Id, session: &Session) -> bool {
         Latitude | Longitude => turns && !session.has(YawRate) && !session.has(Yaw),
         // both wheels are fitted together in gear, and crowns are of their lean
         WheelSpeedFront | WheelSpeedRear => !turns || id.coefficient == C::OverturningStiffness,
-        // what is straight and what a wheel rolls on in a bend is by the lean
+        // what is straight and what a wheel rolls on in a corner is by the lean
         Roll => turns || id.coefficient != C::RollingResistance,
         YawRate => turns || !session.has(Roll),
         // which wheel brakes

@@ -8,12 +8,12 @@
 //! ```
 //!
 //! Printed (39) is the quotient of the fitted (37) and (38), `k_alpha0 = -ct / (c1 + C)`. In a
-//! tight bend the front wheel leans further than the bike by an angle that depends on the
+//! tight corner the front wheel leans further than the bike by an angle that depends on the
 //! radius, not on the lean, so neither (37) nor (38) passes the origin there and their quotient
 //! misses the upright stiffness (by 9 % front in the paper's own course, simulated). The
 //! corrected form fits the same family of curves to (39) multiplied through: linear in `t1` and
 //! `t2`, no sample is divided by a small angle, and slip angle, the noisy side, stays the
-//! response. Without noise and in wide bends the two agree.
+//! response. Without noise and in wide corners the two agree.
 //! Printed (35), (36): `Mx_tot = k_x m g tan(phi)`, split by the tyre widths.
 
 use crate::GRAVITY;
@@ -49,7 +49,6 @@ pub(crate) const K_X: usize = 0;
 pub struct Rows {
     /// Camber, rad.
     pub camber: Vec<f64>,
-    /// Its cube.
     pub cube: Vec<f64>,
     /// Slip angle, rad.
     pub slip_angle: Vec<f64>,
@@ -61,9 +60,9 @@ pub struct Rows {
     pub side: Vec<f64>,
     /// `-mu_y gamma / tan(gamma)` and that times `gamma^2`.
     pub compliance: [Vec<f64>; 2],
-    /// Manoeuvre.
+    /// Index of the manoeuvre, per row.
     pub clusters: Vec<usize>,
-    /// What each slip angle's row is multiplied by, as it is known worse than others; empty where nothing is said of
+    /// Factor of each slip angle's row, which may be known worse than others; empty where nothing is said of
     /// that.
     pub scales: Vec<f64>,
 }
@@ -221,7 +220,6 @@ pub struct Parameters {
 }
 
 impl Lateral {
-    /// The fitted numbers.
     pub fn parameters(&self) -> Parameters {
         let theta = |fit: &Option<Fitted>| fit.as_ref().map(|f| f.theta.clone());
         Parameters::of(theta(&self.slip), theta(&self.friction), theta(&self.compliance))
@@ -305,11 +303,11 @@ fn about(first: f64, second: Option<Fitted>, quality: Quality) -> Fitted {
 /// Samples of the overturning fit.
 #[derive(Debug, Clone, Default)]
 pub struct OverturningRows {
-    /// What multiplies `k_x` in the overturning moment, N.
+    /// Factor of `k_x` in the overturning moment, N.
     pub lever: Vec<f64>,
     /// Overturning moment, N m.
     pub moment: Vec<f64>,
-    /// Manoeuvre.
+    /// Index of the manoeuvre, per row.
     pub clusters: Vec<usize>,
 }
 
@@ -378,7 +376,7 @@ pub(crate) fn overturning_share(bike: &Bike, formulation: Formulation, part: Par
 mod tests {
     use super::*;
 
-    /// Every other bend's slip angles are off by 0.03 rad, and said to be known that badly: the fits hold to the others.
+    /// Every other corner's slip angles are off by 0.03 rad, and said to be known that badly: the fits hold to the others.
     #[test]
     fn slip_angles_that_are_known_worse_weigh_less() {
         let mut rows = Rows::default();

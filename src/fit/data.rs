@@ -16,7 +16,6 @@ use crate::{estimate, segment::Segment};
 /// The samples of a session, gathered once.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Coasting.
     pub coast: Samples,
     /// Whether the channels tell coasting from gentle drive and engine braking: else it gives no resistance.
     pub shows_coasting: bool,
@@ -24,9 +23,8 @@ pub struct Data {
     pub front_rolling: Samples,
     /// For the front: front braking. For the rear: rear braking and driving.
     pub straight: [Samples; 2],
-    /// What acts on each straight sample.
+    /// Force and slip of each straight sample.
     pub action: [Vec<Action>; 2],
-    /// Cornering.
     pub corner: Samples,
     /// Rate of the corner samples, Hz.
     pub corner_rate: f64,

@@ -42,7 +42,7 @@ pub(crate) fn rows(
             continue;
         };
         let errors = errors(solution, bike, Id::from((part, coefficient)), value, std_error);
-        out.extend(errors.into_iter().map(|(source, shift)| EvidenceRow {
+        out.extend(errors.into_iter().map(|(source, sensitivity)| EvidenceRow {
             ident: Ident::from(meta),
             tyre: row.tyre.clone(),
             tyre_model: row.tyre_model.clone(),
@@ -53,9 +53,9 @@ pub(crate) fn rows(
             value,
             source: source.name,
             shared: source.shared,
-            shift,
+            sensitivity,
             source_value: source.taken.map(|t| t[0]),
-            source_sd: source.taken.map(|t| t[1]),
+            source_std_error: source.taken.map(|t| t[1]),
         }));
     }
     out
@@ -113,7 +113,7 @@ fn errors(
     out
 }
 
-/// What one standard error of an upstream quantity changes a coefficient by.
+/// Change of a coefficient by one standard error of an upstream quantity.
 fn shift(solution: &Solution, upstream: &Upstream, bike: &Bike, id: Id) -> f64 {
     let change = &upstream.change;
     let camber = id.coefficient == C::CamberStiffness0;

@@ -51,7 +51,6 @@ pub fn is_of_curve(coefficient: Coefficient) -> bool {
 /// Samples of one tyre.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rows {
-    /// Slip ratio.
     pub slip: Vec<f64>,
     /// `Fx / Fz`.
     pub friction: Vec<f64>,
@@ -77,7 +76,7 @@ const FAST_SHARE: f64 = 0.4;
 /// Residuals count no more than this for a manoeuvre's offset: outliers must not move it.
 const CLIP: f64 = 2.0;
 /// Most coefficients of a curve.
-const MOST: usize = PARAMETERS.len();
+const MAX_COEFFICIENTS: usize = PARAMETERS.len();
 
 impl Rows {
     /// Residual of a sample without its manoeuvre's offset, and its derivative by the offset.
@@ -130,7 +129,7 @@ impl Rows {
 
 impl Model for Rows {
     fn parameters(&self) -> usize {
-        if self.both_signs { MOST } else { MOST - 1 }
+        if self.both_signs { MAX_COEFFICIENTS } else { MAX_COEFFICIENTS - 1 }
     }
 
     fn len(&self) -> usize {
@@ -194,7 +193,7 @@ impl Model for Rows {
             let sum = &mut offsets[self.group[i]];
             sum.top -= lever * r.clamp(-CLIP, CLIP);
             sum.bottom += lever * lever;
-            let mut lever_by = [0.0; MOST];
+            let mut lever_by = [0.0; MAX_COEFFICIENTS];
             for j in 0..p {
                 // relative change of the expected error
                 let wider = point.slope * point.slope_by[j] * (spread / sigma).powi(2);
@@ -228,14 +227,19 @@ impl Model for Rows {
 struct Offset {
     top: f64,
     bottom: f64,
-    top_by: [f64; MOST],
-    bottom_by: [f64; MOST],
+    top_by: [f64; MAX_COEFFICIENTS],
+    bottom_by: [f64; MAX_COEFFICIENTS],
 }
 
 impl Offset {
     fn new(velocity_error: f64) -> Self {
         let bottom = 1.0 / velocity_error.powi(2);
-        Offset { top: 0.0, bottom, top_by: [0.0; MOST], bottom_by: [0.0; MOST] }
+        Offset {
+            top: 0.0,
+            bottom,
+            top_by: [0.0; MAX_COEFFICIENTS],
+            bottom_by: [0.0; MAX_COEFFICIENTS],
+        }
     }
 
     /// Makes `top` the offset, and `top_by` its derivatives.
@@ -250,7 +254,6 @@ impl Offset {
 /// A fitted friction curve.
 #[derive(Debug, Clone)]
 pub struct Friction {
-    /// The curve.
     pub formula: MagicFormula,
     /// In the order of [`PARAMETERS`].
     pub theta: Vec<f64>,
@@ -275,7 +278,7 @@ pub struct Friction {
     pub deepest: Vec<f64>,
 }
 
-/// What is left of a tyre's friction, over its size, when the paper's form is fitted to another's curve near its
+/// Relative residual of a tyre's friction when the paper's form is fitted to another form's curve near its
 /// peak: published motorcycle tyres in the forms of Pacejka (2012), standard deviation.
 const FORM_ERROR: f64 = 0.0005;
 /// Place of `e1`.
@@ -286,7 +289,8 @@ const AS_GOOD: f64 = 1.02;
 const STARTS: [(f64, f64, f64); 4] =
     [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)];
 /// Bounds of the parameters in their order.
-const BOUNDS: [(f64, f64); MOST] = [(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0), (-4.0, 4.0)];
+const BOUNDS: [(f64, f64); MAX_COEFFICIENTS] =
+    [(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0), (-4.0, 4.0)];
 
 /// Residuals are in units of their expected error: less than half of it is never an outlier.
 const OPTIONS: Options = Options { scale_floor: 0.5, ..Options::DEFAULT };

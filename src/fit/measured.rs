@@ -12,7 +12,6 @@ use crate::statistics::number_format::{decimals, fixed};
 /// Estimated against measured of one sensor, sample by sample.
 #[derive(Debug, Clone)]
 pub struct Compared {
-    /// What is measured.
     pub quantity: Quantity,
     /// Of which wheel.
     pub axle: Axle,
@@ -106,7 +105,7 @@ impl Compared {
         self.slope() * (square(&self.measured) / square(&self.estimated)).sqrt()
     }
 
-    /// What is said of a sensor that disagrees; slip angles have too much noise in the estimate to judge by.
+    /// Text about a sensor that disagrees; slip angles have too much noise in the estimate to judge by.
     fn warning(&self) -> Option<Warning> {
         let slope = self.slope();
         if self.quantity == Quantity::SlipAngle || (slope - 1.0).abs() < DISAGREES {

@@ -9,14 +9,14 @@ use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::t95;
 use crate::store::tables::rows::Coefficient;
 
-/// Most keys that are named.
-const MOST: usize = 3;
-/// A key is named from this widening of an interval on.
+/// Most missing keys that a message lists.
+const MAX_KEYS: usize = 3;
+/// Widening of an interval from which a message lists the key.
 const LEAST: f64 = 1.2;
 /// Half of an interval over its value: what is wider with an exact key is unknown either way, and the key no cost.
 const USEFUL: f64 = 1.0;
 
-/// What one key costs that the bike file does not have, or gives with an uncertainty.
+/// Cost of a key that the bike file does not have, or gives with an uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cost {
     /// The key; without `front.` and `rear.`, which are taken together.
@@ -42,7 +42,7 @@ impl std::fmt::Display for Cost {
     }
 }
 
-/// Whole above ten.
+/// Percentage, in whole numbers above ten.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") }
@@ -78,7 +78,7 @@ fn costs_where(solution: &Solution, is_asked: impl Fn(Id) -> bool) -> Vec<Cost> 
     let mut costs: Vec<Cost> = keys.into_iter().filter_map(of_key).collect();
     let ratio = |c: &Cost| c.relative / c.relative_without;
     costs.sort_by(|a, b| ratio(b).total_cmp(&ratio(a)));
-    costs.truncate(MOST);
+    costs.truncate(MAX_KEYS);
     costs
 }
 

@@ -29,12 +29,12 @@ fn evenly(all: usize, most: usize) -> Vec<usize> {
     (0..all).step_by(all.div_ceil(most).max(1)).collect()
 }
 
-/// What of some values is at some places.
+/// Values at the given indices.
 fn of<T: Copy>(all: &[T], places: &[usize]) -> Vec<T> {
     places.iter().filter_map(|&p| all.get(p).copied()).collect()
 }
 
-/// What every refit shares: of the samples that the fits kept those that it needs.
+/// Data that all refits share: the samples of the fits that they need.
 pub struct Refit<'a> {
     nominal: &'a Inputs,
     fits: &'a Fits,

@@ -20,12 +20,10 @@ const ODD_CURVATURE: f64 = 0.3;
 /// Change of the gain for a difference.
 pub(crate) const STEP: f64 = 0.1;
 
-/// What is gained in slip stiffness per load with the load at rest once more, over itself.
+/// Relative gain of the slip stiffness per load when the load rises by the load at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gain {
-    /// The gain.
     pub value: f64,
-    /// Its standard deviation.
     pub sd: f64,
 }
 

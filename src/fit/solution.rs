@@ -16,7 +16,6 @@ use crate::statistics::clustered_fit::{Fitted, Quality, Uncertainty, count};
 pub struct Fits {
     /// Radii, drag and rolling resistance.
     pub coasting: Coasting,
-    /// Friction curves.
     pub friction: [Option<Friction>; 2],
     /// Slip angle, lateral friction and compliance over camber.
     pub lateral: [Lateral; 2],
@@ -27,7 +26,6 @@ pub struct Fits {
 }
 
 impl Fits {
-    /// The fitted numbers.
     pub fn parameters(&self) -> FittedNumbers {
         FittedNumbers {
             radius: self.coasting.radii(),
@@ -50,7 +48,6 @@ pub struct Gathered {
     pub rolling: [usize; 2],
     /// Drag and rolling resistance.
     pub coasting: usize,
-    /// Friction curves.
     pub straight: [usize; 2],
     /// Everything lateral.
     pub corner: usize,
@@ -82,13 +79,10 @@ impl Gathered {
 /// The samples that the fits were made of; pairs are front and rear.
 #[derive(Debug, Clone, Default)]
 pub struct FittedSamples {
-    /// What they were chosen from.
+    /// Samples that they were chosen from.
     pub gathered: Gathered,
-    /// Friction.
     pub friction: [friction::Rows; 2],
-    /// Lateral.
     pub lateral: [cornering::Rows; 2],
-    /// Overturning.
     pub overturning: OverturningRows,
     /// Each tyre's own overturning moment, as measuring wheels show it.
     pub crowns: [OverturningRows; 2],
@@ -100,10 +94,9 @@ pub struct FittedSamples {
     pub keep_steady: Vec<usize>,
 }
 
-/// What one standard error of one upstream quantity does.
+/// Effect of one standard error of one upstream quantity.
 #[derive(Debug, Clone)]
 pub struct Upstream {
-    /// What it is.
     pub source: Source,
     /// The key that the bike file does not have, if the quantity is one.
     pub missing: Option<String>,
@@ -114,15 +107,12 @@ pub struct Upstream {
 /// The coefficients of a session, and what moves them.
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// The coefficients.
     pub found: Assembled,
-    /// What moves the coefficients besides their own manoeuvres.
+    /// Quantities that move the coefficients besides their own manoeuvres.
     pub upstream: Vec<Upstream>,
-    /// The fits.
     pub fits: Fits,
-    /// Their samples.
     pub samples: FittedSamples,
-    /// What the algebra was given, as it was used.
+    /// Inputs of the algebra, as they were used.
     pub inputs: Inputs,
     /// Of tyres whose stiffness and side force ratio come from changes of lean: how that fit was reached; its clusters are
     /// stretches.

@@ -8,7 +8,7 @@ use crate::estimate::zeros::{LateralZero, Zeros};
 use crate::tyre::dive::PITCH_GYRATION;
 use crate::tyre::formulation::Formulation;
 
-/// What an error of a coefficient comes from.
+/// Source of an error of a coefficient.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Source {
     /// Its name; the key, where it is a number of the bike file.
@@ -20,7 +20,6 @@ pub struct Source {
 }
 
 impl Source {
-    /// Of one ride.
     pub fn of_ride(name: impl Into<String>) -> Self {
         Source { name: name.into(), shared: false, taken: None }
     }
@@ -34,7 +33,6 @@ impl Source {
 /// One upstream quantity, or one direction of correlated ones, moved by one standard error.
 #[derive(Debug, Clone, Default)]
 pub struct Variation {
-    /// What is moved.
     pub source: Source,
     /// The key that the bike file does not have, where that is what is varied.
     pub missing: Option<String>,
@@ -69,7 +67,7 @@ const SLIP_DIFFERENCE: f64 = 0.03;
 /// of one set are not equally round; that of the independent simulator is 7 % off.
 const CROWN_SPREAD: f64 = 0.1;
 
-/// Lean that an attitude filter measures in a bend, beyond its zero: relative error, standard deviation. A
+/// Lean that an attitude filter measures in a corner, beyond its zero: relative error, standard deviation. A
 /// filter that leans on the accelerometer reads too little; those of a simulated population read -0.3 % with a
 /// deviation of 0.4 %.
 const ROLL_SCALE: f64 = 0.004;

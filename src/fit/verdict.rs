@@ -25,15 +25,12 @@ const C3_SCALE: f64 = 0.1;
 /// A status, and why it is not `ok`.
 type Objection = (Status, Reason);
 
-/// What a verdict is made of.
+/// Inputs of a verdict.
 pub(crate) struct Case<'a> {
-    /// The session's solution.
     pub solution: &'a Solution,
-    /// Limits.
     pub config: &'a Config,
-    /// The coefficient.
     pub id: Id,
-    /// What its fit knows of it.
+    /// Uncertainty from its own fit.
     pub own: &'a Uncertainty,
     /// Its 95 % interval.
     pub interval: Interval,
@@ -197,7 +194,7 @@ impl Case<'_> {
         wide.then(|| (Status::PoorlyDetermined, reason()))
     }
 
-    /// What the width of the interval is judged by, in the coefficient's unit. Curvature and slip over
+    /// Scale by which the width of the interval is judged, in the coefficient's unit. Curvature and slip over
     /// camber may well be zero: they have a scale of their own.
     fn scale(&self) -> f64 {
         let value = self.value().abs();

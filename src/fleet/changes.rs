@@ -17,7 +17,7 @@ const JOINS: f64 = 1e-3;
 const SHADOW: f64 = 0.7;
 
 /// No bike has more events than so many, and a fifth of its sessions.
-const MOST: usize = 12;
+const MAX_EVENTS: usize = 12;
 
 /// The events of one bike, the strongest first.
 pub(crate) fn find(history: &History, limits: &Limits) -> Vec<Event> {
@@ -39,7 +39,7 @@ pub(crate) fn find(history: &History, limits: &Limits) -> Vec<Event> {
         limits,
     };
     let mut events: Vec<Event> = Vec::new();
-    while events.len() < MOST.max(n / 5) {
+    while events.len() < MAX_EVENTS.max(n / 5) {
         let Some(event) = search.next(&events) else { break };
         events.push(event);
     }

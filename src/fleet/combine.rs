@@ -66,7 +66,6 @@ pub struct Estimate {
     pub key: Key,
     /// Weighted mean of the rides, in the coefficient's unit.
     pub value: f64,
-    /// Standard error.
     pub std_error: f64,
     /// Ends of the 95 % interval.
     pub interval: [f64; 2],
@@ -91,7 +90,6 @@ pub struct Shared {
     pub source: String,
     /// The number that was taken and its standard error, where it is one.
     pub taken: Option<[f64; 2]>,
-    /// Estimate.
     pub found: f64,
     /// Its standard error; 1 where the rides tell nothing of it.
     pub std_error: f64,
@@ -124,7 +122,6 @@ pub(super) struct Rows {
 pub(super) enum Scale {
     /// Logarithm, of values of this sign.
     Log(f64),
-    /// The value itself.
     Linear,
 }
 
@@ -197,7 +194,7 @@ pub(crate) fn combine(rides: &[Ride<'_>]) -> Combined {
 }
 
 /// `H^-1 g`, `H^-1`, and the covariance of the coefficients if the shared errors were known.
-pub(super) struct Found {
+pub(super) struct PooledSolution {
     pub(super) x: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
     pub(super) alone: DMatrix<f64>,
@@ -296,7 +293,7 @@ impl Problem {
     }
 
     /// Least squares at given spreads between rides.
-    pub(super) fn solve(&self, tau: &[f64]) -> Option<Found> {
+    pub(super) fn solve(&self, tau: &[f64]) -> Option<PooledSolution> {
         let (keys, size) = (self.keys.len(), self.keys.len() + self.sources.len());
         let (mut h, mut g) = (DMatrix::zeros(size, size), DVector::zeros(size));
         (keys..size).for_each(|i| h[(i, i)] = 1.0);
@@ -321,11 +318,16 @@ impl Problem {
         }
         let alone = h.view((0, 0), (keys, keys)).clone_owned().cholesky()?.inverse();
         let whole = h.cholesky()?;
-        Some(Found { x: whole.solve(&g), covariance: whole.inverse(), alone })
+        Some(PooledSolution { x: whole.solve(&g), covariance: whole.inverse(), alone })
     }
 
     /// A ride's value less the estimate and the shared errors, and its own variance.
-    pub(super) fn residual(&self, found: &Found, k: usize, (r, row): (usize, usize)) -> (f64, f64) {
+    pub(super) fn residual(
+        &self,
+        found: &PooledSolution,
+        k: usize,
+        (r, row): (usize, usize),
+    ) -> (f64, f64) {
         let ride = &self.rides[r];
         let slopes = &ride.slopes[row];
         let shared: f64 = slopes.iter().map(|(j, s)| s * found.x[self.keys.len() + j]).sum();
@@ -334,7 +336,7 @@ impl Problem {
     }
 
     /// Spread between rides where there are too few to tell it.
-    pub(super) fn few(&self, found: &Found, k: usize) -> f64 {
+    pub(super) fn few(&self, found: &PooledSolution, k: usize) -> f64 {
         let size = match self.scales[k] {
             Scale::Log(_) => 1.0,
             Scale::Linear => found.x[k].abs(),
@@ -343,8 +345,8 @@ impl Problem {
         (if radius { FEW_RADIUS } else { FEW }) * size
     }
 
-    /// Spread between rides: the squares of what is left are as large as they should be.
-    fn between(&self, found: &Found, k: usize) -> f64 {
+    /// Spread between rides: the squared residuals are as large as they should be.
+    fn between(&self, found: &PooledSolution, k: usize) -> f64 {
         let all: Vec<(f64, f64)> =
             self.places[k].iter().map(|p| self.residual(found, k, *p)).collect();
         if all.len() < RIDES {
@@ -364,7 +366,7 @@ impl Problem {
         high.sqrt()
     }
 
-    fn combined(&self, found: &Found, tau: &[f64]) -> Combined {
+    fn combined(&self, found: &PooledSolution, tau: &[f64]) -> Combined {
         let keys = self.keys.len();
         let estimate = |k: usize| -> Option<Estimate> {
             let variance = found.covariance[(k, k)];

@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! ln y_is = level_i(s) + season(t_s) + site(s) + own        level_i: of motorcycle i, its events in it
-//! season(window) = median over motorcycles of the mean of what is left there;  site likewise
+//! season(window) = median over motorcycles of the mean of the residuals there;  site likewise
 //! ```
 //!
-//! The search for events looks at what is left: a friction that falls for everybody in winter is no tyre of anybody. The median
+//! The search for events uses the residuals: a friction that falls for everybody in winter is no tyre of anybody. The median
 //! over motorcycles does not follow what happens to a few of them. A season is as fine as the fleet has values for;
 //! each term counts by the share of its variance that is not noise.
 //!
@@ -54,7 +54,7 @@ impl Term {
 pub(crate) struct Common(BTreeMap<Key, Term>);
 
 /// One value less its motorcycle's level.
-struct Left<'a> {
+struct Residual<'a> {
     bike: usize,
     day: Option<f64>,
     site: Option<&'a String>,
@@ -117,9 +117,9 @@ fn term(bikes: &[(&History, &[Event])], places: &[(usize, usize)]) -> Option<Ter
     let mut term = Term::default();
     for _ in 0..ROUNDS {
         let left = left(bikes, places, sign, &term);
-        let seasonless = |l: &Left<'_>| l.value - l.site.map_or(0.0, |_| term.at(None, l.site));
+        let seasonless = |l: &Residual<'_>| l.value - l.site.map_or(0.0, |_| term.at(None, l.site));
         let season = season(&left, &seasonless);
-        let season_at = |l: &Left<'_>| l.day.map_or(0.0, |day| interpolated(&season, day));
+        let season_at = |l: &Residual<'_>| l.day.map_or(0.0, |day| interpolated(&season, day));
         let sites = sites(&left, &|l| l.value - season_at(l));
         term = Term { season, sites };
     }
@@ -132,7 +132,7 @@ fn left<'a>(
     places: &[(usize, usize)],
     sign: f64,
     term: &Term,
-) -> Vec<Left<'a>> {
+) -> Vec<Residual<'a>> {
     let mut out = Vec::new();
     for &(bike, c) in places {
         let (history, events) = bikes[bike];
@@ -156,7 +156,7 @@ fn left<'a>(
         };
         let Some(fitted) = fitted else { continue };
         out.extend((0..n).filter(|i| (y[*i] - fitted[*i]).is_finite() && variances[*i] > 0.0).map(
-            |i| Left {
+            |i| Residual {
                 bike,
                 day: history.days[i],
                 site: history.sites[i].as_ref(),
@@ -185,7 +185,7 @@ fn over_bikes(some: &[(usize, f64, f64)]) -> Option<(f64, f64)> {
     Some((middle, MEDIAN * spread_about(&means, middle) / n.sqrt()))
 }
 
-fn season(left: &[Left<'_>], value: &dyn Fn(&Left<'_>) -> f64) -> Vec<(f64, f64)> {
+fn season(left: &[Residual<'_>], value: &dyn Fn(&Residual<'_>) -> f64) -> Vec<(f64, f64)> {
     let mut dated: Vec<(f64, usize, f64, f64)> =
         left.iter().filter_map(|l| Some((l.day?, l.bike, value(l), l.variance))).collect();
     dated.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -212,7 +212,7 @@ fn season(left: &[Left<'_>], value: &dyn Fn(&Left<'_>) -> f64) -> Vec<(f64, f64)
     found.into_iter().map(|(day, level, _)| (day, share * (level - mean))).collect()
 }
 
-fn sites(left: &[Left<'_>], value: &dyn Fn(&Left<'_>) -> f64) -> BTreeMap<String, f64> {
+fn sites(left: &[Residual<'_>], value: &dyn Fn(&Residual<'_>) -> f64) -> BTreeMap<String, f64> {
     let mut of_site: BTreeMap<&String, Vec<(usize, f64, f64)>> = BTreeMap::new();
     for l in left {
         if let Some(site) = l.site {

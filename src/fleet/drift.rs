@@ -17,7 +17,6 @@ const LEAST_SPAN: f64 = 1.0;
 /// Above so many values all pairs are too many.
 const ALL_PAIRS: usize = 1500;
 
-/// A slope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drift {
     /// Per day; per session where fewer than half of the sessions have a day.

@@ -34,7 +34,6 @@ pub struct Event {
     pub kind: EventKind,
     /// The part whose coefficients moved.
     pub affected: Affected,
-    /// The sessions concerned.
     pub shape: Shape,
     /// Sessions in the history.
     pub n: usize,
@@ -58,7 +57,6 @@ impl Event {
         self.kind == EventKind::BikeFile || self.moved.iter().any(|m| m.coefficient == c)
     }
 
-    /// The sessions concerned.
     pub fn sessions(&self) -> Range<usize> {
         match self.shape {
             Shape::Stretch(a, b) => a..b,

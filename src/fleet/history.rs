@@ -17,11 +17,9 @@ pub struct History {
     pub keys: Vec<(String, String)>,
     /// Determined values, by coefficient and session; NaN where there is none.
     pub values: Vec<Vec<f64>>,
-    /// Their standard errors.
     pub errors: Vec<Vec<f64>>,
     /// Poorly determined values, which are only pooled; NaN where there is none.
     pub poor: Vec<Vec<f64>>,
-    /// Their standard errors.
     pub poor_errors: Vec<Vec<f64>>,
 }
 

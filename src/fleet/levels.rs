@@ -37,7 +37,6 @@ pub(crate) fn column(history: &History, shape: Shape) -> Vec<f64> {
     }
 }
 
-/// A weighted fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Level {
     /// Fitted level of every session; NaN where nothing with a value shares its level.

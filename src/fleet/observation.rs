@@ -15,7 +15,6 @@ pub struct Observation {
     pub day: Option<f64>,
     /// Where it was ridden, where that is known.
     pub site: Option<String>,
-    /// Estimate.
     pub value: f64,
     /// Its standard error, positive.
     pub error: f64,

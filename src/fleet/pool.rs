@@ -6,7 +6,7 @@
 //! variance = se^2 (1 - B) + B^2 var(level) + (y - level)^2 var(B),  var(B) = B^2 var(tau^2) / (se^2 + tau^2)^2
 //! ```
 //!
-//! Empirical Bayes after Morris (1983), for unequal errors; `f` is the degrees of freedom behind `tau`, the last term
+//! Empirical Bayes after Morris (1983), for unequal errors; `f` is the degrees of freedom of `tau`, the last term
 //! is for `tau` being an estimate. Siblings are the sessions of the same bike on the same level: after a
 //! tyre swap, those after it. A session that an event excludes (an outlier, a wrong bike file) has none and keeps its value.
 
@@ -19,7 +19,6 @@ use super::levels;
 pub struct Pooled {
     /// Session's value, shrunk towards the motorcycle's other sessions.
     pub value: f64,
-    /// Its standard error.
     pub error: f64,
     /// The siblings' weight, 0 to 1.
     pub shrinkage: f64,

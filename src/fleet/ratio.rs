@@ -8,7 +8,7 @@
 //! ```
 //!
 //! What moves a session along the line is how much side force goes with a camber: riders who hang off or
-//! lean out, wide and tight bends, the wheels' gyroscopic moment at speed. Both axes have errors; the
+//! lean out, wide and tight corners, the wheels' gyroscopic moment at speed. Both axes have errors; the
 //! measured `x` are drawn back towards their mean by as much as is noise ("regression calibration", Fuller,
 //! *Measurement Error Models*, 1987, section 1.2), and what scatters about the line beyond the errors widens the
 //! interval. The spread of the true `x` is itself only known to an interval: `C` and its bounds are computed
@@ -40,11 +40,10 @@ const DETERMINED: f64 = 0.5;
 /// The ratio of one tyre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
-    /// The tyre.
     pub axle: Axle,
     /// Sessions on that tyre, as positions in the history, those left out too.
     pub sessions: Vec<usize>,
-    /// How many the line goes through.
+    /// Number of sessions that the line goes through.
     pub n: usize,
     /// Spread of `ct` between sessions beyond its errors.
     pub variety: f64,
@@ -52,9 +51,7 @@ pub struct Ratio {
     pub noise: f64,
     /// `C` with its 95 % interval; an end that nothing bounds is infinite.
     pub value: f64,
-    /// Lower end.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
     /// `k_alpha0` of the same line, 1/rad.
     pub stiffness: f64,

@@ -50,7 +50,6 @@ pub struct BikeTyres {
     pub bike: String,
     /// Coefficients of its tyres, and its own.
     pub tyres: Vec<OnBike>,
-    /// Its numbers.
     pub shared: Vec<Shared>,
     /// Sessions that took part.
     pub rides: usize,
@@ -61,7 +60,7 @@ pub struct BikeTyres {
 /// A tyre model over the motorcycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// `front` or `rear`.
+    /// Tyre, `front` or `rear`.
     pub tyre: String,
     /// Tyre model, as the logs give it.
     pub model: String,
@@ -71,13 +70,11 @@ pub struct Model {
     pub unit: String,
     /// Mean over the tyres of that model, in `unit`.
     pub value: f64,
-    /// Standard error.
     pub std_error: f64,
     /// Ends of the 95 % interval.
     pub interval: [f64; 2],
     /// Tyres that took part, and their rides.
     pub tyres: usize,
-    /// Rides of all.
     pub rides: usize,
     /// Spread between tyres beyond their errors.
     pub between: f64,

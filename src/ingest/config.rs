@@ -19,7 +19,7 @@ pub struct Config {
     /// A channel that does not change at all for this long while the bike moves is stuck, s;
     /// 0 looks for none.
     pub stuck_time: f64,
-    /// What each check of channels against physics does with what it finds.
+    /// Effect of each check of channels against physics.
     #[serde(skip_serializing_if = "Switches::is_empty")]
     pub check: Switches,
 }

@@ -8,9 +8,9 @@ use crate::store::objects::plain::plain;
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{message}")]
 pub struct Error {
-    /// Its kind.
+    /// Code of the rejection.
     pub code: RejectionCode,
-    /// What was wrong, in which column and row, and what to do.
+    /// Error, in which column and row, and what to do.
     pub message: String,
 }
 

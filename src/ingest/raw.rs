@@ -36,14 +36,14 @@ pub struct Raw {
     pub meta: Meta,
     /// Name of the channel map that it was read by; none where it is `session.v1` already.
     pub map: Option<String>,
-    /// The channels.
+    /// Channels in SI units, each on its own clock.
     pub tracks: Vec<Track>,
     /// Damage and doubts that the reader found.
     pub warnings: Vec<Warning>,
     /// Whether velocities, accelerations and yaw are along the Euler yaw instead of the
     /// frame's trace on the road.
     pub euler_yaw: bool,
-    /// What is known of an inertial unit that is fixed to the frame.
+    /// Known properties of an inertial unit that is fixed to the frame.
     pub imu: Imu,
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
     pub wheel_scale_sd: [f64; 2],
@@ -52,11 +52,11 @@ pub struct Raw {
     pub velocity_spacing: f64,
     /// The stamp at which the log's start time holds, s on the clock of the tracks, where that is known.
     pub zero: Option<f64>,
-    /// What the logger says of the laps, s on the clock of the tracks' stamps.
+    /// The logger's own laps, s on the clock of the tracks' stamps.
     pub markers: Markers,
 }
 
-/// What a channel map says of an inertial unit that is fixed to the frame any way round, and of the satellite
+/// Settings of a channel map for an inertial unit that is fixed to the frame any way round, and of the satellite
 /// receiver beside it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -55,7 +55,7 @@ pub(super) fn with_metadata(raw: Raw, get: impl Fn(&str) -> Option<String> + Cop
 pub(super) const LAP_MARKERS: &str = "lap_markers";
 pub(super) const START_LINE: &str = "start_line";
 
-/// What a table's metadata say of the laps; a text that is no number is left out.
+/// Laps in a table's metadata; a text that is not a number is left out.
 pub(super) fn markers(get: impl Fn(&str) -> Option<String>) -> Markers {
     let numbers = |key: &str| -> Vec<f64> {
         let text = get(key).unwrap_or_default();

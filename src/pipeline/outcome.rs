@@ -16,26 +16,26 @@ use crate::store::tables::{file, rows};
 pub struct Outcome {
     /// Its row in `sessions`.
     pub session: rows::SessionRow,
-    /// Its segments.
+    /// Rows of `manoeuvres`, in order of time.
     pub manoeuvres: Vec<rows::Manoeuvre>,
     /// Off-road: the forces of its segments.
     pub forces: Vec<rows::ForceRow>,
-    /// Its coefficients.
+    /// Rows of `coefficients`.
     pub coefficients: Vec<rows::Coefficient>,
-    /// What it tells of each coefficient, error by error; none off-road.
+    /// Evidence on each coefficient, error by error; none off-road.
     #[serde(skip)] // what is shown of a session does without
     pub evidence: Vec<rows::EvidenceRow>,
-    /// What the stages noticed.
+    /// Warnings of the stages.
     pub warnings: Vec<rows::WarningRow>,
     /// Its laps; none where it is not on a track.
     pub laps: Laps,
-    /// What the report draws.
+    /// Points of the plots.
     #[serde(skip)]
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
     #[serde(skip)]
     pub signals: Option<RecordBatch>,
-    /// What the numbers cost that the bike file does not have, a line each; in no table.
+    /// Costs of numbers that the bike file lacks, a line each; in no table.
     pub costs: Vec<String>,
     /// Tables that no later stage looks at (`pipeline::outcome::table`).
     #[serde(skip)]
@@ -89,13 +89,13 @@ impl Outcome {
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{stage}: {message}")]
 pub struct Rejection {
-    /// Where.
+    /// Stage that rejected the log.
     pub stage: Stage,
-    /// Its kind.
+    /// Code of the rejection; it stays the same in later versions.
     pub code: RejectionCode,
-    /// For people.
+    /// Message: what was wrong, where, and what to do.
     pub message: String,
-    /// What the log's worker was allowed, where that ended it.
+    /// Limits of the log's worker, where one of them ended it.
     pub limits: Option<String>,
 }
 
@@ -113,10 +113,10 @@ impl Rejection {
     }
 }
 
-/// What the caller knows of an input.
+/// Properties of an input that the caller knows.
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
-    /// The log.
+    /// Path or URL of the log.
     pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::maps::ChannelMap],

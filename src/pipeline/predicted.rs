@@ -20,19 +20,18 @@ use crate::simulate::tour::Tour;
 use crate::simulate::{reduced, ride};
 use crate::statistics::random::Random;
 
-/// What is predicted of each tyre.
+/// Predicted coefficients of each tyre.
 const SIDE_FORCES: [C; 3] = [C::CorneringStiffness0, C::SideForceRatio, C::CamberStiffness0];
 
-/// What a ride would give of one coefficient.
+/// Predicted accuracy of one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Predicted {
-    /// `front` or `rear`.
+    /// Tyre, `front` or `rear`.
     pub tyre: &'static str,
     /// Name of the coefficient.
     pub coefficient: &'static str,
     /// Whether the bike file gives the ratio of camber to cornering stiffness.
     pub ratio_given: bool,
-    /// As planned.
     pub planned: Expected,
     /// With slalom passes after it.
     pub with_slalom: Expected,

@@ -26,7 +26,7 @@ use crate::fit::{
 };
 use crate::report::export::parameters;
 use crate::report::plots;
-use crate::segment::laps::Known;
+use crate::segment::laps::RideEstimates;
 use crate::segment::laps::find::Kind;
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::segment::{Segment, laps};
@@ -98,7 +98,8 @@ pub(super) fn run(
     contradicted::object(&mut coefficients, &ride);
     name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, shod, &coefficients, &ride.meta);
-    let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
+    let known =
+        RideEstimates { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let (mut laps, of_markers) = laps::run(&ride, &known, &ident, &pipeline.laps);
     noticed.extend(of_markers);
     if let Some(found) = over_laps(&ride, bike, pipeline, whole, &laps.laps) {
@@ -162,7 +163,7 @@ fn over_laps(
     let timed: Vec<(i64, f64, f64)> =
         timed.map(|l| (l.lap, l.start, l.start + l.duration)).collect();
     let corrected = pipeline.estimate.formulation == Formulation::Corrected;
-    if timed.len() < by_lap::FEWEST || !pipeline.in_gear.enabled || !corrected {
+    if timed.len() < by_lap::MIN_LAPS || !pipeline.in_gear.enabled || !corrected {
         return None;
     }
     let fit = whole.or_else(|| in_gear::run(ride, bike, &pipeline.in_gear))?;

@@ -8,7 +8,7 @@ use crate::contract::warning::Warning;
 use crate::segment::Segment;
 use crate::store::tables::rows;
 
-/// What an input's rows are made from.
+/// Provenance of an input's rows.
 pub(super) fn provenance(input: &Input<'_>) -> rows::Provenance {
     rows::Provenance {
         input_hash: input.input_hash.clone(),
@@ -111,8 +111,8 @@ pub(super) fn manoeuvres(
                 acceleration_y_peak: channel(Channel::AccelerationY)
                     .and_then(|x| peak(x.iter().copied())),
                 roll_peak: channel(Channel::Roll).and_then(|x| peak(x.iter().copied())),
-                slip_front_peak: slip(0),
-                slip_rear_peak: slip(1),
+                slip_ratio_front_peak: slip(0),
+                slip_ratio_rear_peak: slip(1),
                 ..rows::Manoeuvre::default()
             }
         })

@@ -16,21 +16,21 @@ use crate::{estimate, filter, fit, ingest, segment};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pipeline {
-    /// Its name.
+    /// Name of the pipeline, which the tables record.
     pub name: String,
-    /// Ingest.
+    /// Settings of reading, cleaning and checking a log.
     #[serde(default)]
     pub ingest: ingest::Config,
-    /// Filter.
+    /// Settings of the low-pass filters.
     #[serde(default)]
     pub filter: filter::Config,
-    /// Segment.
+    /// Settings of the detection of manoeuvres.
     #[serde(default)]
     pub segment: segment::Config,
-    /// Estimate.
+    /// Settings of the estimated signals.
     #[serde(default)]
     pub estimate: estimate::Config,
-    /// Fit.
+    /// Settings of the fits.
     #[serde(default)]
     pub fit: fit::Config,
     /// The fit to changing lean.
@@ -44,7 +44,7 @@ pub struct Pipeline {
     pub laps: laps::Config,
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
-    /// What a diagnosis found, taken out of its sessions and of those that share it. Its hash is each
+    /// Identified causes of a diagnosis, removed from its sessions and from those that share them. Its hash is each
     /// session's own part of it ([`Models::text_of`]).
     pub models: Option<Models>,
 }

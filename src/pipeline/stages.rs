@@ -118,15 +118,12 @@ pub(crate) fn segmented(
 /// A session with the tyres that it gives.
 #[derive(Debug)]
 pub struct Characterised {
-    /// Filtered.
     pub session: Session,
-    /// Its manoeuvres.
     pub segments: Vec<Segment>,
     /// The signals that the fits are made of.
     pub data: Data,
-    /// The fits.
     pub solution: Solution,
-    /// What the stages noticed.
+    /// Warnings of the stages.
     pub warnings: Vec<Warning>,
     /// Latency of the velocities, s, which the signals have no more.
     pub latency: f64,
@@ -145,7 +142,7 @@ pub fn characterise(
 }
 
 impl Characterised {
-    /// What moves the coefficients besides their own manoeuvres; `bike` and `pipeline` as it was characterised with.
+    /// Quantities that move the coefficients besides their own manoeuvres; `bike` and `pipeline` as it was characterised with.
     pub fn upstream(&self, bike: &Bike, pipeline: &Pipeline) -> Vec<Upstream> {
         chain::upstream(&self.solution, &self.data, bike, &pipeline.fit)
     }
@@ -198,13 +195,12 @@ pub(crate) fn characterise_once(
 /// An off-road session with its tyre forces.
 #[derive(Debug)]
 pub(crate) struct OffroadForces {
-    /// Filtered.
     pub session: Session,
     /// The forces by inverse dynamics.
     pub estimate: Estimate,
     /// Manoeuvres, which are found in the forces under the first rider.
     pub segments: Vec<Segment>,
-    /// What the stages noticed.
+    /// Warnings of the stages.
     pub warnings: Vec<Warning>,
 }
 

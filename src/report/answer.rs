@@ -10,17 +10,22 @@ use crate::report::next_ride::{self, Want};
 use crate::statistics::number_format;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status, WarningRow};
 
-/// What people ask of a tyre, in the order of the sentence, in their words.
+/// Main numbers of a tyre, in the order of the sentence, with its short term.
 pub(crate) const ASKED: [(C, &str); 7] = [
-    (C::MfD, "peak friction"),
-    (C::CorneringStiffness0, "cornering stiffness"),
-    (C::CamberStiffness0, "camber stiffness"),
-    (C::OverturningStiffness, "crown radius"),
-    (C::EffectiveRollingRadius, "rolling radius"),
-    (C::EngagedFrictionBraking, "friction braking"),
-    (C::EngagedFrictionDriving, "friction driving"),
+    asked_of(C::MfD),
+    asked_of(C::CorneringStiffness0),
+    asked_of(C::CamberStiffness0),
+    asked_of(C::OverturningStiffness),
+    asked_of(C::EffectiveRollingRadius),
+    asked_of(C::EngagedFrictionBraking),
+    asked_of(C::EngagedFrictionDriving),
 ];
-/// What these words mean, for who hovers over them.
+
+const fn asked_of(coefficient: C) -> (C, &'static str) {
+    (coefficient, coefficient.spec().short)
+}
+
+/// Meanings of these words, for who hovers over them.
 const EXPLAINED: [(&str, &str); 8] = [
     ("peak friction", "Largest longitudinal force over the wheel's load, on the road of the ride"),
     ("cornering stiffness", "Side force per slip angle over the load, upright, per radian"),
@@ -35,13 +40,13 @@ const EXPLAINED: [(&str, &str); 8] = [
     ("slip stiffness", "Longitudinal force per slip ratio over the load, at small slips"),
 ];
 
-/// What the words of [`ASKED`] mean.
+/// Meanings of the words of [`ASKED`].
 pub(crate) fn explained(words: &str) -> &'static str {
     EXPLAINED.iter().find(|(w, _)| *w == words).map_or("", |(_, text)| text)
 }
 
 /// Asked of the tyre where its peak friction is not known.
-const INSTEAD: (C, &str) = (C::SlipStiffness, "slip stiffness");
+const INSTEAD: (C, &str) = asked_of(C::SlipStiffness);
 /// Advice that is given.
 const ADVICE: usize = 2;
 /// Warnings that are written out.
@@ -75,7 +80,7 @@ pub(crate) fn of_session(rows: &[Coefficient]) -> Vec<String> {
     out
 }
 
-/// What is asked of a tyre, as far as there are rows of it.
+/// Main numbers of a tyre, as far as there are rows of it.
 fn asked(rows: &[Coefficient], part: Part) -> Vec<(&Coefficient, &'static str)> {
     let own = |c: C| rows.iter().find(|r| r.tyre == part.name() && r.coefficient == c.name());
     let peak = own(C::MfD).is_some_and(|r| r.status == Status::Ok);
@@ -84,10 +89,10 @@ fn asked(rows: &[Coefficient], part: Part) -> Vec<(&Coefficient, &'static str)> 
     all.filter_map(|(coefficient, words)| Some((own(coefficient)?, words))).collect()
 }
 
-/// What is wanted and the riding that gives it, with the words of what lacks it and the tyres.
+/// Missing coefficients and the riding that gives them, with the words of what lacks it and the tyres.
 type Wanted<'a, T> = BTreeMap<(Want, &'a str), (Vec<&'a str>, BTreeSet<T>)>;
 
-/// What to ride for what a session lacks, and for what it knows badly, in sentences.
+/// Riding advice for what a session lacks, and for what it knows badly, in sentences.
 pub(crate) fn advice(rows: &[Coefficient]) -> Vec<String> {
     let mut wanted: Wanted<'_, &str> = Wanted::new();
     for (row, words) in [Part::Front, Part::Rear].into_iter().flat_map(|part| asked(rows, part)) {
@@ -371,6 +376,13 @@ mod tests {
             advice(&[bound("rear")]),
             ["Next ride, for peak friction of the rear tyre: ride corners."]
         );
+    }
+
+    #[test]
+    fn every_word_that_is_asked_is_explained() {
+        for (_, words) in ASKED.into_iter().chain([INSTEAD]) {
+            assert!(!explained(words).is_empty(), "{words}");
+        }
     }
 
     #[test]

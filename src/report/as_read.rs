@@ -7,7 +7,7 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::store::tables::rows::{Coefficient, FleetRow, PooledRow};
 use crate::tyre::magic_formula::slip_ratio;
 
-/// What one of the normalised slip makes of the slip ratio there.
+/// Slope of the slip ratio over the normalised slip there.
 fn slope(sigma: f64) -> f64 {
     (1.0 + sigma).powi(-2)
 }

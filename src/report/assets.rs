@@ -61,7 +61,7 @@ const WRITTEN: &str = "pages.js";
 /// First bytes of a shared file.
 const ASSET_MARK: &str = "/* roadbench report */\n";
 
-/// What the pages of the sessions are like.
+/// Form of the pages of the sessions.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Pages {
     /// Self-contained up to 50 sessions, shared above, on demand above 1000; pages that are there stay

@@ -6,15 +6,15 @@ use crate::statistics::number_format::{decimals, fixed};
 /// The parts of the sentence.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Parts<'a> {
-    /// What differs: the key of an effect, or a quantity in words.
+    /// Difference: the key of an effect, or a quantity in words.
     pub what: &'a str,
     /// By how much, with unit and interval; empty where that is not known.
     pub size: &'a str,
     /// Which rides, as the column `rides` of the table `changes`.
     pub rides: &'a str,
-    /// How many rides differ, and how many they are held against.
+    /// Number of rides that differ, and of those they are compared with.
     pub counts: [usize; 2],
-    /// What makes it so, as a main clause; `None` where that is not known.
+    /// Cause, as a main clause; `None` where that is not known.
     pub cause: Option<&'a str>,
     /// Other causes that explain it as well.
     pub rivals: &'a [&'a str],

@@ -18,7 +18,6 @@ pub(crate) struct CoefficientText {
 }
 
 impl CoefficientText {
-    /// Of one coefficient.
     pub(crate) fn of(c: &Coefficient) -> Self {
         let u = number_format::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
         let digits = c.value.map_or(3, |v| number_format::decimals_of(v, u));

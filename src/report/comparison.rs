@@ -8,14 +8,13 @@ use crate::report::assets::Source;
 use crate::report::error::Error;
 use crate::report::page_shell;
 
-/// What the page says.
+/// Text of the page.
 #[derive(Debug, Serialize)]
 pub(crate) struct Content {
     /// Title of the browser's tab: both sides as they were chosen.
     pub title: String,
     /// Sides A and B in a line each.
     pub sides: [String; 2],
-    /// The answer.
     pub sentences: Vec<String>,
     /// Heading and rows of each tyre.
     pub tyres: Vec<(String, Vec<Row>)>,
@@ -23,9 +22,9 @@ pub(crate) struct Content {
     pub load: String,
     /// Numbers of the curves at that load.
     pub curves: Vec<Row>,
-    /// What would decide the rest.
+    /// Sessions that would decide the rest.
     pub undecided: Vec<Paragraph>,
-    /// What has no value on one side.
+    /// Coefficients without a value on one side.
     pub not_comparable: Vec<String>,
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::store::tables::{file, read};
 
-/// What can go wrong with a report.
+/// Errors of a report.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The folder holds none of our tables.
@@ -28,9 +28,9 @@ pub enum Error {
     /// A figure cannot be drawn as PNG.
     #[error("cannot draw {path}: {message}")]
     Figure {
-        /// The figure's file.
+        /// Path of the figure.
         path: PathBuf,
-        /// What the encoder says.
+        /// Message of the encoder.
         message: String,
     },
     /// A template is wrong: our own mistake.

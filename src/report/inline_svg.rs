@@ -58,9 +58,7 @@ pub(crate) fn difference(value: Option<f64>, low: Option<f64>, high: Option<f64>
 /// How a part of a [`curve`] is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stroke {
-    /// What was ridden.
     Solid,
-    /// What was not.
     Dashed,
 }
 

@@ -22,7 +22,6 @@ pub(crate) fn label(name: &str) -> String {
     }
 }
 
-/// Every declaration.
 fn all() -> impl Iterator<Item = &'static Declaration> {
     ManoeuvreKind::ALL.iter().map(|k| k.declaration())
 }

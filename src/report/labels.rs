@@ -12,12 +12,12 @@ pub(crate) fn order(tyre: &str, coefficient: &str) -> (usize, String, usize, Str
     (part, tyre.to_owned(), place, coefficient.to_owned())
 }
 
-/// A coefficient in words, or its name where there are none.
+/// A coefficient's term, or its name where there is none.
 pub(crate) fn coefficient(name: &str) -> &str {
     match Coefficient::from_name(name) {
-        // the answer to the first question has the word of the question
-        Some(Coefficient::MfD) => "peak friction (Magic Formula D)",
-        Some(c) => c.spec().words,
+        // pages give the slip ratio: `as_read`
+        Some(Coefficient::PeakSlip) => "slip ratio κ at peak friction (the key is σ = κ/(1 − κ))",
+        Some(c) => c.spec().term,
         None => name,
     }
 }

@@ -12,14 +12,13 @@ pub(crate) const OTHERS: usize = 20;
 /// Rows from which on a list can be searched and sorted.
 const TOOLS_FROM: usize = 12;
 
-/// A column's heading.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub(crate) struct Column {
-    /// What stands above it.
+    /// Text above it.
     pub head: &'static str,
     /// Classes of its cells; those of class `n` are sorted as numbers.
     pub class: &'static str,
-    /// What stands before a value where the window is too narrow for a table.
+    /// Text before a value where the window is too narrow for a table.
     pub label: &'static str,
 }
 
@@ -37,18 +36,15 @@ pub(crate) const fn number(head: &'static str, label: &'static str) -> Column {
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Cell {
-    /// A text.
     Text(String),
     /// A text that is sorted by a number.
     Keyed {
-        /// The text.
         text: String,
-        /// What it is sorted by.
+        /// Key of the order.
         key: f64,
     },
     /// A link to a page of the report.
     Page {
-        /// The text.
         text: String,
         /// File name of the page.
         href: String,
@@ -67,7 +63,6 @@ pub(crate) enum Cell {
 pub(crate) struct Part {
     /// How it is shown.
     pub class: &'static str,
-    /// The text.
     pub text: String,
     /// The page that it leads to; empty where there is none.
     pub href: String,
@@ -98,9 +93,9 @@ impl Cell {
 /// A list as a whole.
 #[derive(Debug)]
 pub(crate) struct List {
-    /// What the list is of: the name of the region.
+    /// Subject of the list: the name of the region.
     pub label: &'static str,
-    /// What can be searched for.
+    /// Text that is searched.
     pub words: &'static str,
     /// Classes of the table.
     pub class: &'static str,
@@ -110,7 +105,6 @@ pub(crate) struct List {
     pub page: usize,
     /// Headings; the first column names the row.
     pub columns: Vec<Column>,
-    /// The rows.
     pub rows: Vec<Vec<Cell>>,
 }
 
@@ -124,9 +118,8 @@ pub(crate) struct Shown {
     pub table: &'static str,
     pub page: usize,
     pub columns: Vec<Column>,
-    /// The first rows.
     pub rows: Vec<Vec<Cell>>,
-    /// How many there are in all.
+    /// Number of all rows.
     pub all: usize,
     /// All rows, packed; empty of a short list.
     pub data: String,

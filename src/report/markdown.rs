@@ -7,7 +7,7 @@ use crate::report::next_ride;
 use crate::report::run::page::Page as Run;
 use crate::report::session::page::Page;
 
-/// Rows of a list; what is left out is counted.
+/// Rows of a list; omitted rows are counted.
 const LISTED: usize = 30;
 
 /// The run: coefficients by bike, what happened to the fleet, diagnoses, sessions, rejected

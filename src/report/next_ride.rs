@@ -4,13 +4,13 @@ use crate::contract::coefficient::Id;
 use crate::contract::reason::ReasonCode;
 use crate::store::tables::rows::{Coefficient, Status};
 
-/// What begins a sentence or a heading that says what to ride.
+/// Start of a sentence or heading with riding advice.
 pub(crate) const TITLE: &str = "Next ride";
 
 /// Half of an interval over its value from which more riding is advised although the value is determined.
 const WIDE: f64 = 0.25;
 
-/// What the riding is for, the most urgent first.
+/// Aim of the riding, the most urgent first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Want {
     /// A value; there is none that counts.
@@ -21,7 +21,7 @@ pub(crate) enum Want {
     NarrowerInterval,
 }
 
-/// What a coefficient lacks, and what to do for it; none where the ride gave what rides give.
+/// Riding advice for a coefficient; none where the ride gave what rides give.
 pub(crate) fn of(row: &Coefficient) -> Option<(Want, &str)> {
     if row.status == Status::Ok {
         let riding = Id::from_names(&row.tyre, &row.coefficient)?.requirement().riding.remedy;
@@ -47,7 +47,7 @@ pub(crate) fn sentence(want: Want, what: &str, riding: &str) -> String {
     }
 }
 
-/// What stands in place of a value that is not determined: its status, and what to ride.
+/// Text in place of a value that is not determined: its status, and what to ride.
 pub(crate) fn note(row: &Coefficient) -> String {
     let status = row.status.words();
     match of(row) {

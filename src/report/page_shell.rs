@@ -49,7 +49,7 @@ pub(super) fn environment() -> Result<Environment<'static>, minijinja::Error> {
     Ok(environment)
 }
 
-/// What the templates need of style and script; all of it this program's own text.
+/// Style and script of the templates; all of it this program's own text.
 pub(super) fn context(source: Source) -> Value {
     let own = |text: &str| Value::from_safe_string(text.to_owned());
     let embedded = context! {
@@ -66,7 +66,7 @@ pub(super) fn context(source: Source) -> Value {
     }
 }
 
-/// What a session's page is made of: its tables' own provenance and how many `rows` of it they have, its diagnosis (page
+/// Inputs of a session's page: its tables' own provenance and how many `rows` of it they have, its diagnosis (page
 /// and causes), the bench values, the pages that it leads to, the templates. As the start of an HTML comment.
 pub(super) fn fingerprint(
     session: &SessionRow,

@@ -1,7 +1,6 @@
 //! Parameters of the nominal model of `diagnose`, and the coefficients of `run` that are the same quantity, in one set of words.
 
-use crate::contract::coefficient::Part;
-use crate::report::labels;
+use crate::contract::coefficient::{Coefficient, Part};
 
 /// Parameters of the nominal model as a rider calls them.
 const PARAMETERS: &[(&str, &str)] = &[
@@ -87,7 +86,10 @@ pub(crate) fn of_coefficient(tyre: &str, name: &str) -> String {
     let is_it = |known: &&(&str, &str)| coefficient(known.0) == (tyre, name);
     match PARAMETERS.iter().find(is_it) {
         Some((_, words)) => (*words).to_owned(),
-        None => format!("the {tyre} {}", labels::coefficient(name)),
+        None => {
+            let short = Coefficient::from_name(name).map_or(name, |c| c.spec().short);
+            format!("the {tyre} {short}")
+        }
     }
 }
 

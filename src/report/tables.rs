@@ -171,7 +171,7 @@ impl SessionTables {
         Ok((self.laps.rows(session)?, self.lap_corners.rows(session)?))
     }
 
-    /// What the tyres did over its laps; none where there are too few.
+    /// Trends of the tyres over the laps; none where there are too few.
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
@@ -233,7 +233,6 @@ impl RunTables {
         })
     }
 
-    /// One session's coefficients.
     pub(crate) fn coefficients_of(&self, session: &Ident) -> &[Coefficient] {
         rows_of(&self.coefficients, session, |c| &c.ident)
     }
@@ -243,7 +242,6 @@ impl RunTables {
         rows_of(&self.parameters, session, |p| &p.ident)
     }
 
-    /// One session's warnings.
     pub(crate) fn warnings_of(&self, session: &Ident) -> &[WarningRow] {
         rows_of(&self.warnings, session, |w| &w.ident)
     }

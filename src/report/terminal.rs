@@ -16,6 +16,8 @@ use crate::store::tables::rows::{Coefficient, Rejected, SessionRow, Status, Warn
 pub(crate) const WIDTH: usize = 100;
 /// Columns from which the standard errors have a column of their own.
 const WIDE: usize = 99;
+/// Columns from which the short terms of the coefficients have one, too.
+const WITH_TERMS: usize = 120;
 
 /// The main coefficients, one column each in the batch's summary.
 const MAIN: [(C, &str); 5] = [
@@ -67,15 +69,15 @@ pub fn summary(
                     format!("{tyre:<26}{:>9} {:>19} {:<5} status", "value", "95 % interval", "unit")
                 }
             };
-            line(&mut out, &head);
+            line(&mut out, &with_term(&head, "term", width));
         }
         let mut read = (*c).clone();
         as_read::coefficient(&mut read);
         let shown = CoefficientText::of(&read);
-        let name = if read.symbol == c.symbol {
-            c.coefficient.clone()
-        } else {
-            format!("{}, kappa", c.coefficient)
+        let short = C::from_name(&c.coefficient).map_or("", |c| c.spec().short);
+        let (name, short) = match read.symbol == c.symbol {
+            true => (c.coefficient.clone(), short),
+            false => (format!("{}, kappa", c.coefficient), "slip ratio of peak"),
         };
         let sign = if shown.std_error.is_empty() { ' ' } else { '±' };
         let value = if shown.value.is_empty() { "-" } else { &shown.value };
@@ -88,7 +90,7 @@ pub fn summary(
             ),
             false => format!("  {name:<24}{value:>9} {interval:>19} {unit:<5} {status}"),
         };
-        line(&mut out, &row);
+        line(&mut out, &with_term(&row, short, width));
         // once under those that share it
         let shared = rows.get(i + 1).is_some_and(|next| {
             (&next.tyre, next.status, labels::why(next)) == (&c.tyre, c.status, labels::why(c))
@@ -105,7 +107,15 @@ pub fn summary(
     out
 }
 
-/// What the numbers cost that the bike file does not have or is not sure of; nothing where it knows all that matter.
+/// A line of the table with its last column, where there is room for it.
+fn with_term(row: &str, term: &str, width: usize) -> String {
+    match width >= WITH_TERMS {
+        true => format!("{row:<WIDE$}  {term}").trim_end().to_owned(),
+        false => row.to_owned(),
+    }
+}
+
+/// Costs of numbers that the bike file lacks or is not sure of; nothing where it knows all that matter.
 pub(crate) fn costs(costs: &[String], width: usize) -> String {
     let mut out = String::new();
     if !costs.is_empty() {
@@ -168,7 +178,7 @@ pub(crate) fn sentences(out: &mut String, all: &[String], width: usize) {
     }
 }
 
-/// What was rejected and why, one after the other, in lines of `width`; of more than `most` only the first.
+/// Rejections, one after the other, in lines of `width`; of more than `most` only the first.
 pub(crate) fn rejections(rejected: &[Rejected], most: usize, width: usize) -> String {
     let mut out = String::new();
     for r in rejected.iter().take(most) {
@@ -383,7 +393,25 @@ mod tests {
         );
     }
 
-    /// Medians of some of an output's sessions are not those of its tables and pages: who reads them is told.
+    /// Warning that medians of some of an output's sessions differ from those of its tables and pages.
+    #[test]
+    fn a_wide_terminal_has_the_terms_beside_the_keys() {
+        let rows = [
+            coefficient("front", "overturning_stiffness", Some(0.055), None),
+            coefficient("front", "peak_slip", Some(0.2), None),
+        ];
+        let ends = |width: usize, end: &str| {
+            let text = summary(&session(), &rows, &[], width);
+            assert!(text.lines().all(|l| l.chars().count() <= width), "{text}");
+            text.lines().filter(|l| l.ends_with(end)).count()
+        };
+        assert_eq!(
+            ["crown radius", "slip ratio of peak", "term"].map(|end| ends(120, end)),
+            [1; 3]
+        );
+        assert_eq!(ends(100, "crown radius"), 0);
+    }
+
     #[test]
     fn a_summary_of_some_sessions_says_so() {
         let rows = [coefficient("front", "mf_d", Some(1.2), None)];

@@ -6,7 +6,7 @@
 //! the first in the list ([`Config::detectors`]) has it:
 //!
 //! ```text
-//! no velocity  >  standing or slow  >  bend  >  rolling in or out  >  braking  >  coasting  >  driving
+//! no velocity  >  standing or slow  >  corner  >  rolling in or out  >  braking  >  coasting  >  driving
 //! ```
 //! Each detector has a threshold to enter, a lower one to leave and a shortest length. Each
 //! judges what it gets: quasi-static? uncombined? long and strong enough? What cannot be used

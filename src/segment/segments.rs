@@ -6,13 +6,13 @@ use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 /// One manoeuvre: samples `start..end` of the session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// What the rider was doing.
+    /// Manoeuvre of the rider.
     pub kind: ManoeuvreKind,
     /// First sample.
     pub start: usize,
     /// One past the last sample.
     pub end: usize,
-    /// Side of a bend or way along the road; `None` where the ride does not show it.
+    /// Side of a corner or way along the road; `None` where the ride does not show it.
     pub direction: Option<Direction>,
     /// 0 (unusable) to 1.
     pub quality: f64,

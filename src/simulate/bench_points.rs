@@ -8,9 +8,7 @@ use crate::tyre::tyre_model::TyreModel;
 /// A tyre at measured points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BenchPoints<'a> {
-    /// The tyre.
     pub tyre: &'a dyn TyreModel,
-    /// What was measured.
     pub points: &'a [Point],
     /// Friction of the bench, 1.
     pub friction: f64,
@@ -21,7 +19,6 @@ pub(crate) struct BenchPoints<'a> {
 pub(crate) struct Both {
     /// Points that say it.
     pub points: usize,
-    /// Of the bench.
     pub measured: f64,
     /// Of the tyre at the same points.
     pub model: f64,
@@ -32,9 +29,7 @@ pub(crate) struct Both {
 pub(crate) struct Difference {
     /// Points that have it.
     pub points: usize,
-    /// Root mean square.
     pub rms: f64,
-    /// Largest.
     pub largest: f64,
     /// Largest measured one.
     pub peak: f64,
@@ -62,7 +57,7 @@ const CAMBER: f64 = 0.26;
 const SLIP: f64 = 0.02;
 const NO_SLIP: f64 = 0.005;
 /// Fewest points of a slope.
-const FEWEST: usize = 3;
+const MIN_POINTS: usize = 3;
 
 impl BenchPoints<'_> {
     /// A force of the tyre at a point, over load.
@@ -138,7 +133,7 @@ impl BenchPoints<'_> {
         let meant = self.points.iter().filter(|p| is_meant(p));
         let found: Vec<[f64; 3]> =
             meant.filter_map(|p| Some([x(p), measured(p)?, self.model(p, of)])).collect();
-        if found.len() < FEWEST {
+        if found.len() < MIN_POINTS {
             return None;
         }
         let n = found.len() as f64;
@@ -172,7 +167,7 @@ impl BenchPoints<'_> {
         };
         let mut sweeps: Vec<_> = at
             .into_iter()
-            .filter(|(_, points)| points.len() >= FEWEST && spread(points) > NO_ANGLE)
+            .filter(|(_, points)| points.len() >= MIN_POINTS && spread(points) > NO_ANGLE)
             .collect();
         sweeps.sort_by_key(|(camber, points)| (std::cmp::Reverse(points.len()), *camber));
         sweeps

@@ -27,7 +27,6 @@ pub(crate) const TOURS: List = &[
 /// On a closed track.
 pub(crate) const TRACKS: List = &[("track", include_str!("../../pipelines/scenarios/track.toml"))];
 
-/// Off-road.
 pub(crate) const MOTOCROSS: List =
     &[("motocross", include_str!("../../pipelines/scenarios/motocross.toml"))];
 
@@ -53,7 +52,7 @@ pub(crate) fn listed() -> String {
     ALL.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-/// What to say of a scenario that is not there.
+/// Message about a scenario that is not there.
 pub(crate) fn unknown(name: &str) -> String {
     let all: Vec<&str> = names().collect();
     format!(

@@ -17,7 +17,6 @@ enum Extreme {
     Entry,
 }
 
-/// One compared channel.
 struct Compared {
     name: &'static str,
     unit: &'static str,
@@ -106,13 +105,12 @@ pub fn peaks(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<PeakRow> {
 /// One quantity over time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Quantity {
-    /// Of the motorcycle.
     Motorcycle(fn(&Sample) -> f64),
     /// Of the front and of the rear wheel.
     Wheels([fn(&Sample) -> f64; 2]),
 }
 
-/// What is drawn of two rides: heading, unit, quantity. As in figure 4 of the paper.
+/// Drawing of two rides: heading, unit, quantity. As in figure 4 of the paper.
 #[rustfmt::skip]
 pub(crate) const TRACES: &[(&str, &str, Quantity)] = &[
     ("Steering torque", "N m", Quantity::Motorcycle(|s| s.action.steer_torque)),

@@ -1,6 +1,6 @@
 //! Road and air that are others for a while.
 
-/// What road and air are besides their usual.
+/// Unusual properties of road and air.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Conditions {
     /// Share of the road's friction that is lost; negative where it grips better.
@@ -10,7 +10,7 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    /// What the squared air speed gains by the wind at a speed (m/s), m²/s²: times the drag (kg/m) it is a force.
+    /// Gain of the squared air speed by the wind at a speed (m/s), m²/s²: times the drag (kg/m) it is a force.
     pub(crate) fn pressure_gain(&self, speed: f64) -> f64 {
         let air = speed + self.head_wind;
         air * air.abs() - speed * speed.abs()

@@ -17,14 +17,13 @@ use crate::simulate::error::Error;
 use crate::statistics::random::Random;
 use crate::store::tables::file;
 
-/// What a case is about.
+/// Kind of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Nothing is hidden.
     Null,
     /// Nothing is hidden, sensors are half as noisy again as the scenario says.
     Noisy,
-    /// One effect.
     Single,
     /// Two effects.
     Double,
@@ -34,7 +33,6 @@ pub enum Kind {
     Foreign,
 }
 
-/// The ride plans.
 pub const PLANS: [&str; 2] = ["paper", "naturalistic"];
 
 /// Mixed riding with transients in it, as `naturalistic` otherwise. No case is drawn with them: a study asks
@@ -50,20 +48,19 @@ pub fn plan_named(name: &str) -> Option<&'static str> {
     PLANS.into_iter().chain(transient).find(|plan| *plan == name)
 }
 
-/// What is hidden in one archive.
+/// Hidden effects of one archive.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Seed of the draw.
     pub seed: u64,
-    /// Its number.
     pub number: usize,
-    /// What it is about.
+    /// Kind of the case.
     pub kind: Kind,
     /// Ride plan, of [`PLANS`] or [`TRANSIENT_PLANS`].
     pub plan: &'static str,
     /// Hidden effects and their sizes, in their units.
     pub hidden: Vec<(&'static Effect, f64)>,
-    /// What no effect describes, and its size.
+    /// Cause that is not among the effects, and its size.
     pub foreign: Option<(&'static str, f64)>,
     /// Manoeuvres that are not as the others; none is drawn, a study puts them in.
     pub odd: Vec<OddManoeuvre>,
@@ -90,7 +87,7 @@ impl Case {
         };
         while hidden.len() < wanted {
             let effect = &ALL[(random.between(0.0, ALL.len() as f64) as usize).min(ALL.len() - 1)];
-            // one in three of what can hardly be seen, and none where it matters what was named
+            // one in three hardly visible effects, and none in the studies of what is identified
             let keep = if kind == Kind::Single { random.between(0.0, 1.0) < 0.33 } else { false };
             if effect.faint && !keep {
                 continue;

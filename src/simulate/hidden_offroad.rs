@@ -10,7 +10,7 @@ use crate::simulate::error::Error;
 use crate::statistics::random::Random;
 use crate::store::tables::file;
 
-/// What is hidden; the rider of all but the last is one without a body.
+/// Hidden effect; the rider of all but the last is one without a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hidden {
     /// Nothing: rider B on the fork of the bike file.
@@ -25,18 +25,14 @@ pub enum Hidden {
     Legs,
 }
 
-/// One archive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OffroadCase {
-    /// Its number.
     pub number: usize,
-    /// What is hidden.
     pub hidden: Hidden,
     seed: u64,
 }
 
 impl OffroadCase {
-    /// Draws a case.
     pub fn draw(seed: u64, number: usize) -> Self {
         let mut random = Random::new(seed, &format!("off-road case {number}"));
         let mut between = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();

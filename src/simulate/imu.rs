@@ -51,10 +51,9 @@ pub struct Triad {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Attitude {
-    /// It just does.
+    /// The attitude is exact.
     #[default]
     Perfect,
-    /// A complementary filter.
     Filter {
         /// With which it tilts towards the felt vertical, s.
         time_constant: f64,
@@ -83,11 +82,10 @@ pub struct Imu {
     pub position: [f64; 3],
     /// Roll, pitch and yaw of the unit on the frame, rad: what the mounting got wrong.
     pub mounting: [f64; 3],
-    /// m/s².
+    /// Accelerometer, m/s².
     pub accelerometer: Triad,
-    /// rad/s.
+    /// Gyro, rad/s.
     pub gyro: Triad,
-    /// Attitude.
     pub attitude: Attitude,
     /// Satellite antenna from the reference point, frame axes, m. Its lever arm stays in the
     /// velocity: the bike file names it.
@@ -96,9 +94,9 @@ pub struct Imu {
     pub satellite: Satellite,
 }
 
-/// What the unit gives: channels of the data contract.
+/// Output of the unit: channels of the data contract.
 #[derive(Debug, Clone, Default, PartialEq)]
-#[allow(missing_docs)] // named as the channels
+#[allow(missing_docs)] // the names of the channels
 pub struct Measured {
     pub velocity_x: Vec<f64>,
     pub velocity_y: Vec<f64>,
@@ -146,7 +144,7 @@ struct Filter {
     last_speed: Option<f64>,
     /// Spin at the last instant and what the felt vertical turned then, unit's axes, rad/s.
     last_turn: Option<[Vector3<f64>; 2]>,
-    /// Hz.
+    /// Rate, Hz.
     rate: f64,
 }
 
@@ -355,7 +353,7 @@ mod tests {
         };
         let lost = measure(&filter(false), &turn(speed, yaw_rate, roll, 60.0), RATE, &mut random());
         // it starts true; with the heading turning, the tilt it believes follows a first-order lag
-        // seen from a turning frame: what is left is of the order 1 / (W T)
+        // seen from a turning frame: the remainder is of the order 1 / (W T)
         assert!((lost.roll[0] - roll).abs() < 1e-12);
         let worst = lost.roll.iter().map(|r| (r - roll).abs()).fold(0.0, f64::max);
         assert!(worst > 0.1, "{worst}");

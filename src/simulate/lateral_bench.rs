@@ -7,9 +7,8 @@ use crate::tyre::tyre_model::TyreModel;
 /// A tyre under a load on a road.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LateralBench<'a> {
-    /// The tyre.
     pub tyre: &'a dyn TyreModel,
-    /// N.
+    /// Load, N.
     pub load: f64,
     /// Friction of the road, 1.
     pub friction: f64,

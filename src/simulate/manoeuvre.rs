@@ -17,9 +17,7 @@ const FULL: f64 = 30e6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Braked {
-    /// The front wheel.
     Front,
-    /// The rear wheel.
     Rear,
     /// Both, the front with two thirds.
     Both,
@@ -36,23 +34,22 @@ pub enum Manoeuvre {
     },
     /// Straight on at constant speed.
     Cruise {
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
-        /// s.
+        /// Duration, s.
         duration: f64,
     },
     /// In neutral from one speed to another.
     Coast {
-        /// m/s.
+        /// From, m/s.
         from: f64,
-        /// m/s.
+        /// Until, m/s.
         until: f64,
     },
     /// In neutral, pressure rising evenly up to the limit of grip.
     Brake {
-        /// Which wheels.
         wheels: Braked,
-        /// m/s.
+        /// From, m/s.
         from: f64,
         /// Rise of the pressure, Pa/s.
         rise: f64,
@@ -63,9 +60,9 @@ pub enum Manoeuvre {
     },
     /// On the throttle from one speed to another, opened progressively.
     Accelerate {
-        /// m/s.
+        /// From, m/s.
         from: f64,
-        /// m/s.
+        /// To, m/s.
         to: f64,
         /// Rise of the acceleration, m/s³.
         rise: f64,
@@ -77,20 +74,20 @@ pub enum Manoeuvre {
     },
     /// Leans in, holds, leans out.
     Corner {
-        /// left or right.
+        /// Direction, left or right.
         direction: Direction,
         /// Centre line, m.
         radius: f64,
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
         /// Heading change, rad.
         turn: f64,
     },
     /// At constant speed with a lean that grows steadily up to the grip limit.
     DecreasingRadius {
-        /// left or right.
+        /// Direction, left or right.
         direction: Direction,
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
         /// Lean rate, rad/s.
         rate: f64,
@@ -101,7 +98,6 @@ pub enum Manoeuvre {
     },
     /// Two left corners on two short straights, over and over.
     TwoCornerLap {
-        /// How often.
         laps: usize,
         /// Centre lines, m.
         radii: [f64; 2],
@@ -120,7 +116,7 @@ pub enum Manoeuvre {
     /// From side to side at constant speed, a whole number of periods; first to the left. The lean builds up
     /// in the first period and dies away in the last.
     Slalom {
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
         /// Hz; or `cones`.
         #[serde(default)]
@@ -137,7 +133,7 @@ pub enum Manoeuvre {
     Swerve {
         /// Side of the first lean.
         direction: Direction,
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
         /// Largest lean, rad.
         lean: f64,
@@ -146,7 +142,7 @@ pub enum Manoeuvre {
     },
     /// Brakes to a stop and stands.
     Stop {
-        /// s.
+        /// Duration, s.
         duration: f64,
     },
 }
@@ -190,7 +186,7 @@ pub(crate) fn advised_passes() -> impl Iterator<Item = Manoeuvre> {
 }
 
 impl Manoeuvre {
-    /// What the rider does, one phase after the other.
+    /// Phases of the rider, one after the other.
     pub fn phases(&self, random: &mut Random) -> Vec<Phase> {
         let to = |speed: f64| Phase::Accelerate { to: speed, ramp: 2.0, peak: 4.0 };
         match *self {
@@ -273,7 +269,7 @@ impl Manoeuvre {
         }
     }
 
-    /// What is wrong with its numbers, if anything.
+    /// Error in its numbers, if there is one.
     ///
     /// # Errors
     /// Error text that names the key.

@@ -64,7 +64,7 @@ pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, Error> {
     Ok(ride::ride(tour, &skill, number))
 }
 
-/// What is ridden for it.
+/// Tour of the scenario.
 ///
 /// # Errors
 /// The machine cannot stand.
@@ -77,7 +77,7 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
     Ok(tour_on(scenario, &machine.plant, motorcycle, bike, number))
 }
 
-/// What is ridden on a motorcycle that stands for a plant.
+/// Tour of a motorcycle that stands for a plant.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
 pub(crate) fn tour_on(
     scenario: &Scenario,

@@ -35,7 +35,6 @@ pub enum OddKind {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OddManoeuvre {
-    /// Its kind.
     pub kind: OddKind,
     /// Which of its kind, from 1; one that is not ridden changes nothing.
     pub number: usize,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub struct LaneChange {
     /// To the left, m.
     pub offset: f64,
-    /// Transition, m.
+    /// Length of the transition, m.
     pub length: f64,
     /// Speed at which it is approached, m/s.
     pub entry: f64,
@@ -80,8 +80,8 @@ impl LaneChange {
         let slowest = (self.lateral / tightest.max(1e-6)).sqrt();
         let mut v: Vec<f64> = (0..POINTS)
             .map(|i| {
-                // through the transition the speed of its tightest bend is kept: nobody goes on
-                // the throttle and back on the brake between the two bends
+                // through the transition the speed of its tightest corner is kept: nobody goes on
+                // the throttle and back on the brake between the two corners
                 if (0.0..self.length).contains(&at(i)) { slowest } else { 100.0 }
             })
             .collect();
@@ -168,7 +168,7 @@ mod tests {
         }
         assert!((0.98..1.06).contains(&most), "{most}");
         let slowest = v.iter().copied().fold(f64::INFINITY, f64::min);
-        // 3 m over 20 m bends with 0.0433 1/m at most
+        // 3 m over 20 m corners with 0.0433 1/m at most
         assert!((slowest - (6.0_f64 / 0.0433).sqrt()).abs() < 0.2, "{slowest}");
     }
 }

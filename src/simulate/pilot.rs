@@ -13,7 +13,7 @@ const FEET: f64 = 3.0;
 #[derive(Debug)]
 pub(crate) struct Pilot<'a> {
     model: &'a Model,
-    /// What is to be done.
+    /// Programme to ride.
     pub programme: Programme<'a>,
     roll: Preview,
     path: Preview,

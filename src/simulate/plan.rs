@@ -55,7 +55,7 @@ pub enum Phase {
     },
     /// Leans in, holds, leans out.
     Corner {
-        /// Side of the bend.
+        /// Side of the corner.
         direction: Direction,
         /// Largest lean, rad, positive number.
         lean: f64,
@@ -69,7 +69,7 @@ pub enum Phase {
     /// Leans in, holds, leans out, the front brake on from half the lean until a speed is reached,
     /// which is held from there.
     TrailBraked {
-        /// Side of the bend.
+        /// Side of the corner.
         direction: Direction,
         /// Largest lean, rad, positive number.
         lean: f64,
@@ -85,7 +85,7 @@ pub enum Phase {
     /// Leans in steadily at constant speed, so that the radius shrinks, until the lean or the
     /// grip is used up; then comes back. Nonlinear motorcycle.
     Spiral {
-        /// Side of the bend.
+        /// Side of the corner.
         direction: Direction,
         /// Lean rate, rad/s.
         rate: f64,
@@ -98,24 +98,19 @@ pub enum Phase {
     },
     /// Leans to both sides at constant speed: a slalom pass or a lane change.
     Swing {
-        /// The lean.
         swing: Swing,
         /// Speed held, m/s.
         speed: f64,
     },
     /// Shifts; everything driven after it is in this gear.
     Shift {
-        /// 1 to 6.
+        /// Gear, 1 to 6.
         gear: u8,
     },
     /// From here on road and air are others.
-    Meet {
-        /// What is met.
-        conditions: Conditions,
-    },
+    Meet { conditions: Conditions },
     /// Follows a path with its own speed profile. Nonlinear motorcycle.
     Follow {
-        /// The path.
         shape: LaneChange,
         /// Straight run before it, m.
         ahead: f64,
@@ -139,11 +134,10 @@ pub(crate) fn heading(phases: &[Phase]) -> f64 {
     phases.iter().map(turned).sum()
 }
 
-/// A named plan and its size.
+/// A ride plan by its name, and its size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The plan.
     pub kind: PlanKind,
     /// Coasting runs (paper: 16, half of them slow; half of each in each direction).
     pub coasts: usize,

@@ -13,13 +13,11 @@ pub(crate) type Change = [f64; 3];
 /// Changes of heading (rad, positive to the left) and of speed (m/s).
 #[derive(Debug, Clone, Default)]
 pub struct Prescribed {
-    /// Heading.
     pub turns: Vec<Change>,
-    /// Speed.
     pub speeds: Vec<Change>,
     /// At the start, m/s.
     pub start: f64,
-    /// s.
+    /// Length, s.
     pub length: f64,
     /// Side slip angle per lean, of the centre of mass: positive outwards at the rear, as on tyres.
     pub slip: f64,
@@ -29,7 +27,7 @@ pub struct Prescribed {
 const STEP: f64 = 2e-3;
 
 impl Prescribed {
-    /// Bends to both sides with braking before and driving out of them, `bends` of 12 s each after a straight.
+    /// Corners to both sides with braking before and driving out of them, `bends` of 12 s each after a straight.
     pub fn road(bends: usize) -> Self {
         let mut out = Prescribed { start: 16.0, slip: 0.03, ..Prescribed::default() };
         let mut time = 14.0;

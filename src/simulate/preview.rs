@@ -29,7 +29,6 @@ const HORIZON: f64 = 2.5;
 /// Speeds at which the gains are worked out, m/s.
 const SPEEDS: [f64; 9] = [3.5, 5.0, 7.0, 9.5, 13.0, 18.0, 25.0, 35.0, 50.0];
 
-/// What is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// Lateral position of the rear contact, m.
@@ -86,7 +85,7 @@ impl Preview {
         Ok(Preview { target, index, gains, speeds: SPEEDS.to_vec(), period })
     }
 
-    /// How many values ahead [`Preview::torque`] reads.
+    /// Number of values ahead that [`Preview::torque`] reads.
     pub fn horizon(&self) -> usize {
         (HORIZON / self.period) as usize
     }

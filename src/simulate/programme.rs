@@ -14,9 +14,9 @@ use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 pub struct Controls {
     /// Line pressures, Pa, front and rear.
     pub pressure: [f64; 2],
-    /// 0 to 1.
+    /// Throttle, 0 to 1.
     pub throttle: f64,
-    /// 0 is neutral.
+    /// Gear, 0 is neutral.
     pub gear: f64,
 }
 
@@ -27,21 +27,20 @@ pub(crate) struct Perceived {
     pub speed: f64,
     /// Heading, rad.
     pub yaw: f64,
-    /// rad/s.
+    /// Yaw rate, rad/s.
     pub yaw_rate: f64,
-    /// rad.
+    /// Roll, rad.
     pub roll: f64,
     /// Position on the road, m.
     pub position: [f64; 2],
     /// Wheel loads, N.
     pub load: [f64; 2],
-    /// Slip ratios.
     pub slip_ratio: [f64; 2],
     /// Slip angles, rad.
     pub slip_angle: [f64; 2],
 }
 
-/// What the rider asks of the motorcycle at an instant.
+/// Demand of the rider at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Demand {
     /// Lean now.
@@ -56,15 +55,14 @@ pub(crate) struct Demand {
     pub front_share: Option<f64>,
     /// A path to follow instead of a lean; its origin and heading are fixed when it begins.
     pub path: Option<Course>,
-    /// Gear.
     pub gear: f64,
-    /// What road and air are besides their usual.
+    /// Unusual properties of road and air.
     pub conditions: Conditions,
     /// Whether the phase ends with this instant.
     pub done: bool,
 }
 
-/// Acceleration that holds a speed in a bend, m/s².
+/// Acceleration that holds a speed in a corner, m/s².
 fn hold(speed: f64, seen: &Perceived) -> f64 {
     (0.8 * (speed - seen.speed)).clamp(-1.0, 1.5)
 }
@@ -184,7 +182,7 @@ impl<'a> Programme<'a> {
         demand
     }
 
-    /// What a phase under way asks for; `demand` is straight on in the present gear.
+    /// Demand of the current phase; `demand` is straight on in the present gear.
     fn demand(&mut self, phase: &Phase, seen: &Perceived, mut demand: Demand) -> Demand {
         let t = self.since;
         match *phase {

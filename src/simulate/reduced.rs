@@ -116,7 +116,7 @@ pub fn simulate_phases(
     Simulated { session, labels, trace: responses, states, road }
 }
 
-/// What a ride leaves, sample by sample.
+/// Record of a ride, sample by sample.
 #[derive(Default)]
 struct Record {
     states: Vec<State>,

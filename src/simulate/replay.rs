@@ -25,11 +25,11 @@ pub struct Replay {
     pub pressure: [Vec<f64>; 2],
     /// Longitudinal acceleration, m/s².
     pub measured_acceleration: Vec<f64>,
-    /// The same, simulated.
+    /// The same in the simulation.
     pub acceleration: Vec<f64>,
     /// Slip ratios from wheel speeds and velocity, front and rear.
     pub measured_slip: [Vec<f64>; 2],
-    /// The same, simulated.
+    /// The same in the simulation.
     pub slip: [Vec<f64>; 2],
 }
 
@@ -42,7 +42,6 @@ pub enum Error {
     /// The motorcycle cannot run straight at the speed.
     #[error(transparent)]
     Trim(#[from] NoTrim),
-    /// It fell.
     #[error(transparent)]
     Fall(#[from] Fall),
 }
@@ -61,11 +60,9 @@ pub struct Peaks {
 /// A braking of a session, ridden again.
 #[derive(Debug)]
 pub(crate) struct Braking {
-    /// Which brakes.
     pub kind: ManoeuvreKind,
     /// Since the start of the session, s.
     pub start: f64,
-    /// What came of it.
     pub replay: Result<Replay, Error>,
 }
 
@@ -79,7 +76,7 @@ impl Braking {
     pub(crate) fn row(&self, meta: &Meta) -> Option<BrakingReplay> {
         let replay = self.replay.as_ref().ok()?;
         let peaks = replay.peaks(self.wheel());
-        let [rms_acceleration, rms_slip] = replay.rms(self.wheel());
+        let [rms_acceleration, slip_ratio_rms_difference] = replay.rms(self.wheel());
         Some(BrakingReplay {
             session_id: meta.session_id.clone(),
             bike_id: meta.bike_id.clone(),
@@ -87,11 +84,11 @@ impl Braking {
             start: self.start,
             measured_deceleration: peaks.deceleration[0],
             simulated_deceleration: peaks.deceleration[1],
-            measured_slip: peaks.slip[0],
-            simulated_slip: peaks.slip[1],
+            slip_ratio_measured: peaks.slip[0],
+            slip_ratio_simulated: peaks.slip[1],
             delay: Some(peaks.delay).filter(|d| d.is_finite()),
             rms_acceleration,
-            rms_slip,
+            slip_ratio_rms_difference,
         })
     }
 }

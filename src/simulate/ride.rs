@@ -30,24 +30,20 @@ pub struct Sample {
     pub motion: Motion,
     /// Position of the rear contact, m.
     pub position: [f64; 2],
-    /// Joint positions.
     pub joints: [f64; joint::COUNT],
-    /// Joint rates.
     pub rates: [f64; joint::COUNT],
-    /// Both wheels.
     pub wheels: [Wheel; 2],
-    /// What the rider does.
+    /// Action of the rider.
     pub action: Action,
-    /// What the loggers see of it.
+    /// Controls seen by the loggers.
     pub controls: Controls,
 }
 
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
 pub struct MultibodyRide {
-    /// What the logger recorded.
     pub session: Session,
-    /// What the rider was doing: kind, start and end (s), direction.
+    /// Manoeuvres: kind, start and end (s), direction.
     pub labels: Vec<Label>,
     /// The truth, sample by sample.
     pub samples: Vec<Sample>,
@@ -135,7 +131,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
     MultibodyRide { session, labels, samples, fall, steps }
 }
 
-/// What a logger knows of the session; a log that ends in a fall says so.
+/// Metadata of the session in the log; a log that ends in a fall says so.
 fn meta(tour: &Tour, id: String, number: usize, fell: bool) -> Meta {
     Meta {
         session_id: id,

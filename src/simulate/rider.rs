@@ -175,7 +175,7 @@ impl<'a> Rider<'a> {
         lean.angle += jitter;
         action.steer = steer(self.plant, state, response, &lean);
         let ridden = state.vx * self.dt;
-        // without a bend at once, also where nothing is ridden
+        // without a corner at once, also where nothing is ridden
         let share = match self.disturbance.bend {
             bend if bend > 0.0 => (ridden.abs() / bend).min(1.0),
             _ => 1.0,

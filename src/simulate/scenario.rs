@@ -34,7 +34,7 @@ use crate::tyre::{MagicFormula, Stiffness, Tyre};
 /// Built-in scenarios by name.
 pub const BUILTIN: builtin::List = builtin::REDUCED;
 
-/// What the bike file cannot say and the simulation must know, with defaults: dotted path,
+/// Parameters of the simulation that the bike file does not have, with defaults: dotted path,
 /// default, meaning.
 pub(crate) const TRUTH: &[(&str, f64, &str)] = &[
     ("roll_inertia", 22.0, "about the centre of mass, kg m2"),
@@ -92,24 +92,21 @@ struct File {
     sensors: Sensors,
 }
 
-/// How many bikes and rides.
+/// Numbers of bikes and rides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fleet {
     /// Bikes, each with its own tyres.
     pub bikes: usize,
-    /// Sessions of each.
     pub sessions_per_bike: usize,
 }
 
-/// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// Name: the start of the session ids.
     pub name: String,
-    /// What it is for.
+    /// Purpose, in words.
     pub description: String,
-    /// Of all randomness.
     pub seed: u64,
     /// Of the logs, Hz.
     pub rate: f64,
@@ -119,13 +116,12 @@ pub struct Scenario {
     pub drop: Vec<Channel>,
     /// Ride plans, taken in turn by a bike's sessions.
     pub plans: Vec<Plan>,
-    /// How many bikes and rides.
+    /// Numbers of bikes and rides.
     pub fleet: Fleet,
     /// Unsteadiness of rider, road and air.
     pub disturbance: Disturbance,
     /// Manoeuvres that are not as the others of their ride.
     pub odd_manoeuvres: Vec<OddManoeuvre>,
-    /// The sensors.
     pub sensors: Sensors,
     bike: Bike,
     truth: BTreeMap<String, f64>,
@@ -136,9 +132,7 @@ pub struct Scenario {
 /// One motorcycle of the fleet: its file, which may be wrong, beside the truth.
 #[derive(Debug, Clone)]
 pub struct Machine {
-    /// The bike file.
     pub bike: Bike,
-    /// The truth.
     pub plant: Plant,
 }
 

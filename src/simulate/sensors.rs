@@ -28,7 +28,7 @@ pub struct Sensor {
     pub latency: f64,
 }
 
-/// Sensors by channel; a channel that is not named is perfect.
+/// Sensors by channel; a channel without a sensor is perfect.
 pub type Sensors = BTreeMap<String, Sensor>;
 
 /// Replaces the true channels of a session by what the sensors show.

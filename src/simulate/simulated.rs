@@ -4,17 +4,16 @@ use super::motorcycle::{Response, State};
 use crate::contract::session::Session;
 use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
-/// What the rider was doing: kind, start and end (s), direction.
+/// Manoeuvres: kind, start and end (s), direction.
 pub(crate) type Label = (ManoeuvreKind, f64, f64, Option<Direction>);
 
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
 pub struct Simulated {
-    /// What the logger recorded.
     pub session: Session,
-    /// What the rider was doing: kind, start and end (s), direction.
+    /// Manoeuvres: kind, start and end (s), direction.
     pub labels: Vec<Label>,
-    /// The true signals behind the recording, sample by sample.
+    /// The true signals of the recording, sample by sample.
     pub trace: Vec<Response>,
     /// The true states, sample by sample.
     pub states: Vec<State>,

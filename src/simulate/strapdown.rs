@@ -25,7 +25,6 @@ pub struct Axes {
     pub scale: f64,
 }
 
-/// The unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Its axes in the frame.
@@ -41,7 +40,6 @@ pub struct Unit {
     pub crab: [f64; 3],
 }
 
-/// The receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Receiver {
     /// Epochs per second, Hz.
@@ -69,7 +67,7 @@ impl Unit {
         Unit { mounting, place: [0.0; 3], rates: none, forces: none, crab: [0.0; 3] }
     }
 
-    /// What phones, data loggers and sport boxes contain, on an engine that shakes.
+    /// Usual sensors of phones, data loggers and sport boxes, on an engine that shakes.
     pub fn usual(mounting: Rotation3<f64>) -> Self {
         let degree = 1_f64.to_radians();
         Unit {
@@ -152,7 +150,7 @@ pub fn crabbing(motions: &[Motion], crab: [f64; 3], random: &mut Random) -> Vec<
     motions.iter().map(turned).collect()
 }
 
-/// What unit and receiver record of a motion of the centre of mass at `rate` Hz; the log knows the true lever arm.
+/// Record of unit and receiver for a motion of the centre of mass at `rate` Hz; the log knows the true lever arm.
 pub fn record(
     motions: &[Motion],
     rate: f64,
@@ -215,7 +213,7 @@ pub fn record(
     log
 }
 
-/// What is true of a motion, in the order of [`crate::ingest::motion::navigation::NAMES`].
+/// True signals of a motion, in the order of [`crate::ingest::motion::navigation::NAMES`].
 pub fn truth(motions: &[Motion]) -> [Vec<f64>; OUTPUTS] {
     let mut out = [0; OUTPUTS].map(|_| Vec::with_capacity(motions.len()));
     let mut turns = 0.0;

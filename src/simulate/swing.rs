@@ -16,16 +16,16 @@ use crate::segment::manoeuvre::Direction;
 /// A lean over time: up, held, down; smooth to the second derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Lean {
-    /// rad.
+    /// Angle, rad.
     pub angle: f64,
-    /// rad/s.
+    /// Rate, rad/s.
     pub rate: f64,
-    /// rad/s².
+    /// Acceleration, rad/s².
     pub acceleration: f64,
 }
 
 /// Fewest periods of a slalom pass: one to build up, one to die away.
-const FEWEST: f64 = 2.0;
+const MIN_PERIODS: f64 = 2.0;
 
 /// A lean over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,16 +36,15 @@ pub struct Swing {
     pub lean: f64,
     /// Time from upright to upright, s; of a slalom, about this long.
     pub duration: f64,
-    /// Its form.
     pub form: Form,
 }
 
-/// What a [`Swing`] is.
+/// Form of a [`Swing`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Form {
     /// From side to side, a whole number of periods.
     Slalom {
-        /// Hz.
+        /// Frequency, Hz.
         frequency: f64,
     },
     /// Once to one side and once to the other: over to the next lane.
@@ -57,7 +56,7 @@ impl Swing {
     pub fn length(&self) -> f64 {
         match self.form {
             Form::Slalom { frequency } => {
-                (self.duration * frequency).round().max(FEWEST) / frequency
+                (self.duration * frequency).round().max(MIN_PERIODS) / frequency
             }
             Form::LaneChange => self.duration,
         }

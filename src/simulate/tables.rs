@@ -19,8 +19,7 @@ use crate::store::tables::rows::{Truth, TruthSegment};
 
 /// One session with its truth.
 #[derive(Debug)]
-pub struct Known {
-    /// What the logger recorded.
+pub struct SimulatedSession {
     pub session: Session,
     /// The truth: tables by name.
     pub truth: Vec<(&'static str, RecordBatch)>,
@@ -41,7 +40,10 @@ fn batch<R: Row>(rows: &[R]) -> Result<(&'static str, RecordBatch), file::Error>
 ///
 /// # Errors
 /// A row does not fit its schema: our own mistake.
-pub(crate) fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::Error> {
+pub(crate) fn of_fleet(
+    machine: &Machine,
+    simulated: Simulated,
+) -> Result<SimulatedSession, file::Error> {
     let meta = &simulated.session.meta;
     let coefficients = truth_rows(
         meta,
@@ -49,7 +51,7 @@ pub(crate) fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known,
     );
     let segments = segment_rows(meta, &simulated.labels);
     let truth = vec![batch(&coefficients)?, batch(&segments)?];
-    Ok(Known { session: simulated.session, truth, fall: None })
+    Ok(SimulatedSession { session: simulated.session, truth, fall: None })
 }
 
 /// A session of the nonlinear motorcycle.
@@ -59,7 +61,7 @@ pub(crate) fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known,
 pub(crate) fn of_tour(
     coefficients: &[(Id, f64)],
     ridden: ride::MultibodyRide,
-) -> Result<Known, file::Error> {
+) -> Result<SimulatedSession, file::Error> {
     let meta = &ridden.session.meta;
     let truth = vec![
         batch(&truth_rows(meta, coefficients))?,
@@ -67,7 +69,7 @@ pub(crate) fn of_tour(
         batch(&ride::truth_signals(&ridden))?,
     ];
     let fall = ridden.fall.as_ref().map(ToString::to_string);
-    Ok(Known { session: ridden.session, truth, fall })
+    Ok(SimulatedSession { session: ridden.session, truth, fall })
 }
 
 /// A session off-road.
@@ -77,12 +79,12 @@ pub(crate) fn of_tour(
 pub(crate) fn of_motocross(
     scenario: &Motocross,
     ridden: motocross::MotocrossRide,
-) -> Result<Known, file::Error> {
+) -> Result<SimulatedSession, file::Error> {
     let segments = segment_rows(&ridden.session.meta, &ridden.labels);
     let forces = motocross::truth_rows(&ridden, scenario.truth_rate);
     let truth = vec![batch(&segments)?, batch(&forces)?];
     let fall = ridden.fall.as_ref().map(ToString::to_string);
-    Ok(Known { session: ridden.session, truth, fall })
+    Ok(SimulatedSession { session: ridden.session, truth, fall })
 }
 
 /// Every coefficient of a machine as rows of the `truth` table.
@@ -121,7 +123,7 @@ pub enum Rideable {
     Fleet(Box<Scenario>),
     /// The nonlinear motorcycle, and its rider.
     Tour(Box<(Tour, Skill)>),
-    /// Off-road.
+    /// A motocross scenario.
     Motocross(Box<Motocross>),
 }
 
@@ -142,7 +144,7 @@ impl Rideable {
         Ok(Rideable::Fleet(Box::new(Scenario::load(name_or_path)?)))
     }
 
-    /// How many sessions it has.
+    /// Number of sessions of the scenario.
     pub fn sessions(&self) -> usize {
         match self {
             Rideable::Fleet(s) => s.fleet.bikes * s.fleet.sessions_per_bike,
@@ -164,7 +166,7 @@ impl Rideable {
     ///
     /// # Errors
     /// As [`of_fleet`].
-    pub fn ride(&self, number: usize) -> Result<(Known, String), file::Error> {
+    pub fn ride(&self, number: usize) -> Result<(SimulatedSession, String), file::Error> {
         match self {
             Rideable::Fleet(s) => {
                 let machine = s.machine(number / s.fleet.sessions_per_bike.max(1));

@@ -32,7 +32,7 @@ use crate::tyre::tyre_model::TyreModel;
 /// Built-in rides by name.
 pub(crate) const BUILTIN: builtin::List = builtin::TOURS;
 
-/// What is more than a number; those are in `schemas/ride.v1.toml` with their ranges.
+/// Settings that are not numbers; numbers are in `schemas/ride.v1.toml` with their ranges.
 #[derive(Debug, Deserialize)]
 struct File {
     name: String,
@@ -51,7 +51,7 @@ struct File {
     road: Road,
     #[serde(default)]
     wind: [f64; 2],
-    /// What the bike file believes, where it is not what the machine shows.
+    /// Keys of the bike file that differ from the machine.
     #[serde(default)]
     belief: toml::Table,
     #[serde(default)]
@@ -64,9 +64,8 @@ struct File {
 pub struct Tour {
     /// Name: the start of the session ids.
     pub name: String,
-    /// What it is for.
+    /// Purpose, in words.
     pub description: String,
-    /// Of all randomness.
     pub seed: u64,
     /// Of the log, Hz.
     pub rate: f64,
@@ -76,11 +75,9 @@ pub struct Tour {
     pub float32: bool,
     /// Channels that the logger does not have.
     pub drop: Vec<Channel>,
-    /// How many sessions are ridden.
     pub sessions: usize,
     /// Speed at the start, m/s; zero stands on its feet.
     pub start_speed: f64,
-    /// What is ridden.
     pub manoeuvres: Vec<Manoeuvre>,
     /// Wind in road axes, m/s.
     pub wind: [f64; 2],
@@ -88,7 +85,7 @@ pub struct Tour {
     pub sensors: Sensors,
     /// The inertial unit; `None` is a perfect one.
     pub imu: Option<Imu>,
-    /// What brakes and sensors have beyond that; tyres, road and air have theirs in them.
+    /// Effects of brakes and sensors beyond that; tyres, road and air have theirs in them.
     pub model_error: ModelError,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,
@@ -96,7 +93,7 @@ pub struct Tour {
     pub odd_manoeuvres: Vec<OddManoeuvre>,
     /// The motorcycle on its road.
     pub model: Model,
-    /// What the analyst's bike file says.
+    /// The analyst's bike file.
     pub bike: Bike,
 }
 

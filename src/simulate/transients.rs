@@ -9,7 +9,7 @@ use super::swing::{Form, Swing};
 use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
-/// How many of each a plan has.
+/// Number of each in a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transients {

@@ -21,7 +21,7 @@ use crate::tyre::paper::trail_0;
 /// True coefficients, in the order of the tables; those that are not known are not there.
 pub(crate) type Truth = Vec<(Id, f64)>;
 
-/// What is true of both tyres at one sample of a ride, front and rear.
+/// True values of both tyres at one sample of a ride, front and rear.
 struct Cornering {
     roll: f64,
     roll_rate: f64,

@@ -15,15 +15,15 @@ use crate::tyre::tyre_model::TyreModel;
 /// The paper's coefficients of one tyre at a load, by central differences about rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bench {
-    /// 1/rad.
+    /// Cornering stiffness, 1/rad.
     pub cornering_stiffness: f64,
-    /// 1/rad.
+    /// Camber stiffness, 1/rad.
     pub camber_stiffness: f64,
-    /// m/rad.
+    /// Twisting stiffness, m/rad.
     pub twisting_stiffness: f64,
-    /// m.
+    /// Overturning stiffness, m.
     pub overturning_stiffness: f64,
-    /// m.
+    /// Trail, m.
     pub trail: f64,
     /// Braking friction at its peak.
     pub peak_friction: f64,
@@ -36,7 +36,7 @@ pub struct Bench {
     /// Speed over spin of a wheel that nothing but the road turns: it slips by what overcomes its rolling
     /// resistance, m.
     pub free_rolling_radius: f64,
-    /// m.
+    /// Relaxation length, m.
     pub relaxation_length: f64,
     /// Force that holds a freely rolling wheel back, over its load.
     pub rolling_resistance: f64,

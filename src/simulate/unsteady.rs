@@ -13,7 +13,6 @@ use crate::statistics::random::{Coloured, Random};
 /// Below this speed gusts weaken, as slopes do: a standing motorcycle is not pushed, m/s.
 const MOVING: f64 = 2.0;
 
-/// One ride's.
 #[derive(Debug)]
 pub(crate) struct Unsteady {
     disturbance: Disturbance,
@@ -74,7 +73,7 @@ impl Unsteady {
         self.noise[2].next(&mut self.random)
     }
 
-    /// What becomes of the rider's action at a speed (m/s).
+    /// Changes the rider's action at a speed (m/s).
     pub(crate) fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64) {
         self.brakes.update(speed, controls.pressure, self.period);
         let Brakes { whole, each } = self.brakes;

@@ -10,7 +10,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::estimate::measured::Quantity;
 
-/// What the sensors of both wheels see without errors, sample by sample.
+/// Error-free signals of the sensors of both wheels, sample by sample.
 #[derive(Default)]
 struct Seen {
     /// In the order of [`Quantity::ALL`], front and rear.

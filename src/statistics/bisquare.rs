@@ -35,9 +35,8 @@ pub enum Error {
     Length {
         /// Its place, from 0.
         column: usize,
-        /// Its length.
         found: usize,
-        /// That of `y`.
+        /// Length of `y`.
         expected: usize,
     },
     /// NaN or infinite input.
@@ -64,7 +63,6 @@ pub enum Start {
     Robust,
 }
 
-/// How to fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Options<'a> {
     /// Divide residuals by `sqrt(1 - h)`.
@@ -79,7 +77,6 @@ pub struct Options<'a> {
     pub tolerance: f64,
     /// Relative precision (1 / variance) of each sample; not negative, zero leaves it out.
     pub prior_weights: Option<&'a [f64]>,
-    /// Where from.
     pub start: Start,
 }
 
@@ -97,7 +94,6 @@ impl Default for Options<'_> {
     }
 }
 
-/// A robust fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// One per column, unit of `y` over that of the column.
@@ -181,7 +177,7 @@ struct Descent<'a> {
     options: &'a Options<'a>,
     /// Factor that standardises a residual before the scale: sqrt(prior) / sqrt(1 - h).
     factor: Vec<f64>,
-    /// Smallest scale.
+    /// Smallest scale of the residuals.
     floor: f64,
     residuals: Vec<f64>,
     standard: Vec<f64>,

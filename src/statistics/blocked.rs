@@ -3,7 +3,7 @@
 
 use nalgebra::DMatrix;
 
-/// Rows of a block: what is left to the columns is a share of this over the size.
+/// Rows of a block; the share of the work done column by column is this over the size of the matrix.
 const ROWS: usize = 32;
 
 /// Lower factor of a positive definite matrix, of which the lower triangle is read; `None` where it is not.

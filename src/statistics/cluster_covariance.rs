@@ -43,14 +43,7 @@ pub enum Error {
     TooFew(usize),
     /// The inputs do not belong together.
     #[error("{what}: {found} values, expected {expected}")]
-    Length {
-        /// Which input.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// The Jacobian's rows.
-        expected: usize,
-    },
+    Length { what: &'static str, found: usize, expected: usize },
     /// The Jacobian does not determine all coefficients, or is not finite.
     #[error("the samples do not determine all coefficients")]
     Singular,
@@ -90,9 +83,8 @@ pub struct ClusterCovariance {
     /// Degrees of freedom of each coefficient's variance; 0 where one manoeuvre alone determines
     /// it; the covariance is then without meaning.
     pub dof: Vec<f64>,
-    /// Manoeuvres.
     pub n_clusters: usize,
-    /// What [`Self::contrast`] needs.
+    /// Data for [`Self::contrast`].
     shape: Option<Shape>,
 }
 

@@ -36,7 +36,6 @@ pub struct Fitted {
     pub covariance: Option<ClusterCovariance>,
     /// Robust spread between clusters, see [`dispersion`].
     pub dispersion: Vec<Option<f64>>,
-    /// Of the fit.
     pub quality: Quality,
 }
 

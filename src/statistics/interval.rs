@@ -15,11 +15,8 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 /// An interval that may have no ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Interval {
-    /// All values between.
     Bounded {
-        /// Lower end.
         low: f64,
-        /// Upper end.
         high: f64,
     },
     /// The data exclude nothing, or only values between two ends: not an interval at all.

@@ -29,12 +29,9 @@ use super::loss::{TUNING, mad, psi_derivative, tau_scale, weight};
 /// Samples that take part in the search for a start.
 pub(crate) const SEARCH_ROWS: usize = 300;
 
-/// What is fitted.
 pub trait Model {
-    /// Number of parameters.
     fn parameters(&self) -> usize;
 
-    /// Number of residuals.
     fn len(&self) -> usize;
 
     /// Residuals at `theta`, each divided by its expected scale where the model knows one.
@@ -83,18 +80,12 @@ pub trait Model {
 pub enum Error {
     /// Fewer residuals than parameters.
     #[error("{samples} samples cannot determine {parameters} parameters")]
-    TooFew {
-        /// Residuals.
-        samples: usize,
-        /// Parameters.
-        parameters: usize,
-    },
+    TooFew { samples: usize, parameters: usize },
     /// No start, one of the wrong length, or bounds that exclude everything.
     #[error("start {start}: {message}")]
     Start {
         /// Its place, from 0.
         start: usize,
-        /// What is wrong with it.
         message: &'static str,
     },
     /// The residuals are not finite at any start.
@@ -104,7 +95,6 @@ pub enum Error {
 
 const EXCLUDED: Error = Error::Start { start: 0, message: "bounds that exclude everything" };
 
-/// How to fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Bisquare constant; infinite means least squares, without search.
@@ -124,7 +114,6 @@ pub struct Options {
 }
 
 impl Options {
-    /// The usual ones.
     pub const DEFAULT: Options = Options {
         tuning: TUNING,
         scale_floor: 0.0,
@@ -146,7 +135,6 @@ impl Default for Options {
 /// A robust nonlinear fit.
 #[derive(Debug, Clone)]
 pub struct NonlinearFit {
-    /// The parameters.
     pub theta: Vec<f64>,
     /// Residuals at the solution.
     pub residuals: Vec<f64>,

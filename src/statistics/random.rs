@@ -46,7 +46,6 @@ impl Coloured {
         Coloured { value: sd * random.normal(), keep, push }
     }
 
-    /// The next value.
     pub fn next(&mut self, random: &mut Random) -> f64 {
         self.value = self.keep * self.value + self.push * random.normal();
         self.value

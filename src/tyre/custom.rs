@@ -32,7 +32,6 @@ pub struct Custom {
     /// Share of the deflection by which it rolls shorter.
     #[serde(default = "share")]
     pub deflection_share: f64,
-    /// The tyre.
     pub tyre: Tyre,
 }
 

@@ -15,7 +15,7 @@ pub(crate) struct Keys {
 }
 
 impl Keys {
-    /// Of numbers alone.
+    /// Keys with numbers only.
     pub(crate) fn of(numbers: &[(&str, f64)]) -> Self {
         let numbers = numbers.iter().map(|(key, x)| ((*key).to_owned(), *x)).collect();
         Keys { numbers, texts: BTreeMap::new() }
@@ -34,7 +34,6 @@ impl Keys {
         self.numbers.get(key).copied().unwrap_or(default)
     }
 
-    /// A text.
     pub(crate) fn text(&self, key: &str) -> Option<&str> {
         self.texts.get(key).map(String::as_str)
     }

@@ -28,7 +28,7 @@ pub(crate) fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
 }
 
 /// How a contact lies below the centre of mass of a motorcycle that leans at a given sine and cosine of the roll angle:
-/// how far beside it, m, and how fast it goes aside per roll rate, m. In a bend loads along the frame's plane grow by
+/// how far beside it, m, and how fast it goes aside per roll rate, m. In a corner loads along the frame's plane grow by
 /// `1/cos(phi)`: springs that give by `sag` (m) at rest let the frame come down by `sag (1/cos(phi) - 1)`.
 #[inline(always)]
 pub(crate) fn below_mass_centre(
@@ -62,15 +62,12 @@ pub(crate) fn steering_rate(
 pub(crate) struct FrontWheel {
     /// Sine and cosine of [`kinematic_steer`], times a length.
     pointing: (f64, f64),
-    /// Both without it.
     pub steer_sin_cos: (f64, f64),
     /// Camber of the wheel, rad, eq. 31a.
     pub camber: f64,
-    /// Its tangent.
     pub camber_tan: f64,
     /// Sine of the handlebar angle.
     pub handlebar_sin: f64,
-    /// Its cosine.
     pub camber_cos: f64,
 }
 

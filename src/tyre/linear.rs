@@ -7,9 +7,9 @@ use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 /// Side force `-(C_alpha alpha + C_gamma gamma)` whatever the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Linear {
-    /// N/rad.
+    /// Cornering stiffness, N/rad.
     pub cornering_stiffness: f64,
-    /// N/rad.
+    /// Camber stiffness, N/rad.
     pub camber_stiffness: f64,
     /// N per slip ratio.
     pub slip_stiffness: f64,

@@ -25,7 +25,6 @@ pub struct MagicFormula {
 /// One point of the curve and how it moves with `b, c, d, e1, e2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Friction.
     pub value: f64,
     /// Its derivative by the slip ratio.
     pub slope: f64,

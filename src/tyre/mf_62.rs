@@ -77,7 +77,7 @@ fn bent(E: f64, x: f64) -> f64 {
     x - E * (x - x.atan())
 }
 
-/// What pure lateral slip gives at one camber.
+/// Result of pure lateral slip at one camber.
 struct Lateral {
     Fy0: f64,
     mu: f64,
@@ -92,7 +92,6 @@ struct Slips {
     Fz: f64,
     /// Relative load beyond the nominal one.
     dfz: f64,
-    /// Slip ratio.
     k: f64,
     /// Tangent of the slip angle.
     a: f64,
@@ -199,7 +198,7 @@ impl Mf62 {
         self.slips(input).map_or(0.0, |at| self.side(&at).0)
     }
 
-    /// What the formulas take; nothing off the ground.
+    /// Inputs of the formulas; nothing off the ground.
     fn slips(&self, input: &Input) -> Option<Slips> {
         let Input { slip_ratio, slip_angle, camber, load: Fz, friction } = *input;
         if Fz <= 0.0 {

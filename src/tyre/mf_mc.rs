@@ -58,7 +58,7 @@ pub(crate) struct MfMc {
     pub relaxation: Option<[f64; 3]>,
     /// Rolling resistance coefficient.
     pub rolling: f64,
-    /// What it gains per speed, s/m: `qSy3 / LONGVL` of a property file.
+    /// Gain per speed, s/m: `qSy3 / LONGVL` of a property file.
     pub rolling_speed: f64,
     /// Factor on the camber stiffness.
     pub camber_scale: f64,

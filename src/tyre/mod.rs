@@ -1,4 +1,4 @@
-//! Tyre models: the paper's, and those of simulators behind one trait
+//! Tyre models: the paper's, and those of simulators, as one trait
 //! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
 pub(crate) mod custom;

@@ -77,7 +77,7 @@ pub struct Tyre {
     pub friction: MagicFormula,
     /// Cornering stiffness over camber, eq. 39.
     pub stiffness: Stiffness,
-    /// Side force stiffness ratio `C`, eq. 13.
+    /// Camber-to-cornering stiffness ratio `C`, eq. 13.
     pub side_force_ratio: f64,
     /// `k_t`, m/rad, eq. 16.
     pub twisting_stiffness: f64,
@@ -105,7 +105,7 @@ pub struct Tyre {
     pub lateral_peak: f64,
 }
 
-/// What acts on a tyre.
+/// Slips, camber and load of a tyre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Input {
     /// Slip ratio `s`, positive driving.
@@ -120,7 +120,7 @@ pub struct Input {
     pub friction: f64,
 }
 
-/// What the tyre answers: forces in the wheel's frame at the contact of a thin disk.
+/// Response of the tyre: forces in the wheel's frame at the contact of a thin disk.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Output {
     /// Longitudinal slip force, N. Rolling resistance comes on top.

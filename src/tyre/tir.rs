@@ -19,45 +19,31 @@ use super::tyre_model::TyreModel;
 use crate::contract::key_error::KeyError;
 use crate::contract::schema::{closest, meant};
 
-/// What can be wrong with a tyre file.
+/// Errors of a tyre file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Neither a published set nor a file.
     #[error("no tyre `{name}`{meant}; give a .tir or .toml file, or one of {known}")]
     Unknown {
-        /// What was asked for.
         name: String,
-        /// What may have been meant, as a part of the sentence.
+        /// Name that may have been meant, as a part of the sentence.
         meant: String,
-        /// What there is.
         known: String,
     },
     /// The file cannot be read.
     #[error("cannot read tyre file {path}: {source}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// A line that is neither comment, section nor `KEY = value`.
     #[error("tyre file {path}, line {line}: {message}")]
     Syntax {
-        /// The file.
         path: PathBuf,
         /// From 1.
         line: usize,
-        /// What is wrong.
         message: String,
     },
     /// A key is missing or cannot be.
     #[error("tyre file {path}: {message}")]
-    Key {
-        /// The file.
-        path: PathBuf,
-        /// Names the key.
-        message: String,
-    },
+    Key { path: PathBuf, message: String },
 }
 
 /// A published set by name, or a `.tir` file.

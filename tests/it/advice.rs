@@ -63,7 +63,7 @@ fn ask(ride: &(Session, Machine), names: &[&str]) -> RoadDiagnosis {
 }
 
 fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64, Verdict)> {
-    d.naming
+    d.identification
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
@@ -71,7 +71,7 @@ fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64, Verdict)> {
         .collect()
 }
 
-/// A wind that half of the ride's coasting takes for a slope is told from it by the coasting that is
+/// A wind that half of the ride's coasting takes for a slope is separated from it by the coasting that is
 /// advised, and only by that.
 #[test]
 fn riding_what_is_advised_tells_wind_from_slope() {
@@ -86,7 +86,7 @@ fn riding_what_is_advised_tells_wind_from_slope() {
         "latency",
     ];
     let before = ask(&ride(2, &hidden, None), &names);
-    let first = &before.naming.causes[0];
+    let first = &before.identification.causes[0];
     assert_eq!(first.verdict, Verdict::Ambiguous, "{:?}", told(&before));
     let class: Vec<&str> =
         std::iter::once(first.candidate.name).chain(first.equivalent.iter().copied()).collect();
@@ -245,8 +245,9 @@ fn a_plan_is_judged_before_it_is_ridden() {
     assert_eq!(effects.len(), ALL.len());
     let of = |name: &str| effects.iter().find(|r| r["effect"] == name).expect("row");
     let limit = |name: &str| of(name)["limit_usual"].as_f64().expect("limit");
-    // cars and sensors seen at once, what turns wheels only by what the base has too
-    assert!(limit("latency") < 0.5 && limit("twisting_stiffness") > 4.0);
+    // noise by itself would show a latency of 0.2; a twisting stiffness turns wheels only as what the base has, too
+    assert!((0.3..0.7).contains(&limit("latency")), "{}", limit("latency"));
+    assert!(of("twisting_stiffness")["limit"].is_null());
     assert_eq!(of("wheel_inertia")["base"], "overturning_stiffness");
     let pair = rows.iter().find(|r| r["pair"].is_array()).expect("a pair");
     assert_eq!(pair["pair"], serde_json::json!(["road_grade", "wind"]));

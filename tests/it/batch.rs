@@ -623,7 +623,7 @@ fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
     assert!(open().is_behind());
 }
 
-/// A log that the output was made from is told by its bytes: it is not opened to see who it is.
+/// A log that the output was made from is recognised by its bytes, without opening it.
 #[test]
 fn a_log_that_is_known_is_not_opened() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b2|ok"), ("c", "s-c|b1|ok")]);

@@ -217,14 +217,14 @@ fn elasticities() -> BTreeMap<(String, String), f64> {
         };
         let outcome = pipeline::run(&input, &bike, &Pipeline::onroad()).expect("a session");
         for row in &outcome.evidence {
-            let EvidenceRow { tyre, coefficient, value, source, shift, status, .. } = row;
-            let Some((taken, sd)) = row.source_value.zip(row.source_sd) else { continue };
+            let EvidenceRow { tyre, coefficient, value, source, sensitivity, status, .. } = row;
+            let Some((taken, sd)) = row.source_value.zip(row.source_std_error) else { continue };
             let number = portrait.numbers.iter().any(|n| n.key == *source);
             if number && *status == Status::Ok && *value != 0.0 && taken != 0.0 {
                 let leaf = source.trim_start_matches("front.").trim_start_matches("rear.");
                 let key = (leaf.to_owned(), format!("{tyre} {coefficient}"));
                 // of both wheels' numbers the one that matters to this coefficient
-                let is = (shift / value) / (sd / taken);
+                let is = (sensitivity / value) / (sd / taken);
                 all.entry(key).or_default().push(is);
             }
         }

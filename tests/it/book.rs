@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use roadbench::internals::contract::coefficient::Coefficient;
 use roadbench::internals::contract::rejection::{RejectionCode, Stage};
 use roadbench::internals::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::internals::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
@@ -75,13 +76,14 @@ fn key_row(key: &Key) -> String {
 
 fn column_row(column: &Column) -> String {
     format!(
-        "| `{}` | {} | {} | {} | {} | {} |\n",
+        "| `{}` | {} | {} | {} | {} | {}{} |\n",
         column.name,
         column.kind,
-        cell(column.unit.as_deref().unwrap_or("")),
+        cell(&column.unit_text().unwrap_or_default()),
         if column.nullable { "may be null" } else { "" },
         range(column.range),
-        cell(&column.description)
+        cell(&column.description),
+        column.former.as_ref().map_or(String::new(), |name| format!(" Former name: `{name}`."))
     )
 }
 
@@ -117,6 +119,30 @@ fn files_and_tables_are_those_of_the_schemas() {
     assert!(seen == registry::schema_files().count() && keys_seen > 100, "{seen} {keys_seen}");
     page("files.md", &files);
     page("tables.md", &tables);
+}
+
+#[test]
+fn coefficients_are_those_of_the_contract() {
+    let mut text = String::from(
+        "# Coefficients\n\nWhat the field calls the keys of the column `coefficient`, as `src/contract/coefficient.rs` declares it. Each \
+         row of the tables `coefficients` and `tyres` has key, term and unit; exports as TOML have the term, too. Charts, sentences and \
+         narrow tables have the short term. The key `peak_slip` is the normalised slip of eq. 3; pages and terminal give the slip ratio \
+         kappa.\n\n| `coefficient` | term | short | symbol | unit | of |\n|---|---|---|---|---|---|\n",
+    );
+    for spec in Coefficient::ALL.iter().map(|c| c.spec()) {
+        let of: Vec<&str> = spec.requirements.iter().map(|r| r.part.name()).collect();
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | `{}` | {} | {} |",
+            spec.name,
+            cell(spec.term),
+            cell(spec.short),
+            spec.symbol,
+            spec.unit,
+            of.join(", ")
+        );
+    }
+    page("coefficients.md", &text);
 }
 
 #[test]
@@ -209,9 +235,9 @@ fn manoeuvres_are_those_that_are_declared() {
     }
     page("manoeuvres.md", &text);
     let listed: Table =
-        toml::from_str(include_str!("../../schemas/manoeuvres.v1.toml")).expect("a table");
+        toml::from_str(include_str!("../../schemas/manoeuvres.v2.toml")).expect("a table");
     let kind = listed.columns.iter().find(|c| c.name == "kind").expect("a column");
-    assert_eq!(kind.description, kind_names(), "schemas/manoeuvres.v1.toml");
+    assert_eq!(kind.description, kind_names(), "schemas/manoeuvres.v2.toml");
 }
 
 #[test]

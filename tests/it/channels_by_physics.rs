@@ -1,4 +1,4 @@
-//! Channels told by what motion demands of them, not by names alone: a small version of the study
+//! Channels recognised by the motion, not by names alone: a small version of the study
 //! `examples/channels`.
 
 use std::path::{Path, PathBuf};

@@ -155,7 +155,7 @@ fn a_signal_ends_the_run_and_the_same_command_carries_on() {
     let status = child.wait_with_output().expect("ended").status;
     let err = std::fs::read_to_string(place.path().join("err")).expect("stderr");
     assert_eq!(status.code(), Some(1), "ended by itself: {err}");
-    assert!(err.contains("the same command carries on"), "{err}");
+    assert!(err.contains("run the same command again to go on"), "{err}");
     assert!(rows() < LOGS, "it was over before the signal came");
     let said = roadbench(place.path(), &["run", ".", "--out", "out"]);
     assert_eq!((said.code, rows()), (1, LOGS));
@@ -323,7 +323,7 @@ fn options_have_their_usual_letters() {
     assert_eq!(said.code, 2);
 }
 
-/// What was asked for is printed, what is only told is not.
+/// Requested results are printed, remarks are not.
 #[test]
 fn quiet_leaves_out_notes() {
     let place = tempfile::tempdir().expect("folder");

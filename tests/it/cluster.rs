@@ -149,7 +149,7 @@ fn an_answer_that_is_not_so_is_found_out() {
     let e = driver.close(lies).expect_err("nothing was written");
     assert!(e.to_string().contains("the same on every machine"), "{e}");
     let e = open().close(Vec::new()).expect_err("no answer");
-    assert!(e.to_string().contains("no worker says"), "{e}");
+    assert!(e.to_string().contains("no worker returned"), "{e}");
     let mut terms = open().terms().clone();
     terms.version = "0.0.0".into();
     let e = Worker::new(terms).expect_err("another version");

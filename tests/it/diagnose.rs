@@ -56,7 +56,7 @@ fn ask_for(case: &Case, names: &[&str]) -> RoadDiagnosis {
 }
 
 fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64)> {
-    d.naming
+    d.identification
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
@@ -185,7 +185,7 @@ fn a_second_cause_is_the_next_beside_a_large_one() {
     let hidden = hidden.map(|(name, _)| name);
     let others = ["side_force_ratio_front", "radius_speed", "wind", "latency", "brake_drag"];
     let d = ask_for(&case, &[hidden.as_slice(), &others].concat());
-    let causes = &d.naming.causes;
+    let causes = &d.identification.causes;
     let all: Vec<_> =
         causes.iter().map(|c| (c.candidate.name, c.value(), c.std_error(), c.score)).collect();
     // since the loads of the base act ahead of the axles the patch is no longer named (0.221 +- 0.031 for
@@ -226,7 +226,8 @@ fn a_late_velocity_is_found_whole() {
     let row = d.estimates.iter().find(|row| row.parameter == name).expect("a row");
     assert!((row.value - value).abs() < 0.1 * sd, "{} for {value}", row.value);
     // the residuals alone show nine tenths of it; multiplied by a noisy derivative it would be half
-    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
+    let shown =
+        Effect::named(name).expect("known").parameter().get(&d.identification.extended.values);
     assert!(shown < -0.042, "{shown}");
     // of what the simulation of left-out braking manoeuvres misses beyond noise less than half is left
     let braking = d.simulation_errors.iter().filter(|r| r.kind.ends_with("braking"));
@@ -239,7 +240,7 @@ fn a_late_velocity_is_found_whole() {
     }
 }
 
-/// A cause that is not among the candidates is not blamed on another, and what is left is over the
+/// A cause that is not among the candidates is not blamed on another, and the residual structure is over the
 /// variable that it goes with: a late velocity is wrong by how fast it changes.
 #[test]
 fn an_unknown_cause_is_said_to_be_unknown() {
@@ -251,9 +252,11 @@ fn an_unknown_cause_is_said_to_be_unknown() {
             break; // most of them
         }
         let d = ask(&case(number, &[("latency", 0.05)]), &["latency"]);
-        if !told(&d).is_empty() || !d.naming.unexplained {
+        if !told(&d).is_empty() || !d.identification.unexplained {
+            println!("ride {number}: blamed on another");
             continue;
         }
+        println!("ride {number}: said to be unknown");
         said += 1;
         let row = &d.causes[0];
         assert_eq!((row.effect.as_str(), row.verdict.as_str()), ("unexplained", "unexplained"));

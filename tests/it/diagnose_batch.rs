@@ -280,7 +280,7 @@ fn a_stopped_diagnosis_finishes_what_is_under_way() {
     let output = child.wait_with_output().expect("ended");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("the same command carries on"), "{said}");
+    assert!(said.contains("run the same command again to go on"), "{said}");
     let done = archive.files("out").keys().filter(|n| n.starts_with("diagnoses/")).count();
     assert!((1..3).contains(&done), "{done} done\n{said}");
     archive.diagnose("in", "out", &[]);

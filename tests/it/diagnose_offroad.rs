@@ -43,7 +43,7 @@ fn diagnosed(scenario: &Motocross, ridden: &MotocrossRide) -> OffroadDiagnosis {
         .expect("diagnosed");
     println!(
         "{}",
-        summary::session(&d.ident, &d.causes, &d.discrepancies, &[], [d.naming.alarm, 1.0])
+        summary::session(&d.ident, &d.causes, &d.discrepancies, &[], [d.identification.alarm, 1.0])
     );
     for c in &d.causes {
         let [low, high] = [c.ci95_low, c.ci95_high].map(|v| v.unwrap_or(f64::NAN));

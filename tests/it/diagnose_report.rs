@@ -135,7 +135,7 @@ fn replays(off: f64, named: bool) -> Vec<SimulatedSample> {
                 let wrong = off * size * (t / 7.0) * (1.7 * t + c as f64).sin();
                 let truth = mean + size * phase.sin();
                 rows.push(SimulatedSample {
-                    manoeuvre,
+                    replay_id: manoeuvre,
                     kind: kind.into(),
                     channel: channel.into(),
                     unit: unit.into(),
@@ -179,7 +179,7 @@ fn error(names: [&str; 3], before: f64, after: Option<f64>, floor: f64) -> Simul
     }
 }
 
-/// `gain`: what is left of the errors, where something was named.
+/// `gain`: the errors with the causes, where one is identified.
 fn errors(gain: Option<f64>) -> Vec<SimulationError> {
     let after = |before: f64| gain.map(|g| g * before);
     vec![
@@ -241,7 +241,7 @@ fn unexplained() -> Ride {
     discrepancies[2].covariate = Some(HOSTILE.into());
     discrepancies.push(misfit(HOSTILE, HOSTILE, HOSTILE, (1.0, None, 0.0), None));
     let mut replays = replays(0.3, false);
-    for row in replays.iter_mut().filter(|r| r.manoeuvre == 3) {
+    for row in replays.iter_mut().filter(|r| r.replay_id == 3) {
         (row.kind, row.unit) = (HOSTILE.into(), HOSTILE.into());
     }
     Ride {

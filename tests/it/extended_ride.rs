@@ -1,4 +1,4 @@
-//! The tyre extended: the simulator rides what a diagnosis named of it, and it is nearer to the true one.
+//! The extended tyre: simulated with its identified causes it is nearer to the true one.
 
 use rayon::prelude::*;
 use roadbench::internals::contract::bike::{Axle, Bike};

@@ -1,4 +1,4 @@
-//! The tyre extended: what a diagnosis named of it is in every exported file.
+//! The extended tyre: every exported file has its identified causes.
 
 use std::path::{Path, PathBuf};
 

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use arrow::array::{ArrayRef, Float64Array, RecordBatch};
-use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::{ARROW_SCHEMA_META_KEY, ArrowWriter};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use roadbench::internals::store::tables::read;
@@ -17,14 +18,29 @@ const ARCHIVE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
 /// The bundled archive, to which logs may be added.
 pub struct Archive(tempfile::TempDir);
 
+/// Samples of a ride that [`Archive::new`] keeps: 40 s.
+const SHORT: usize = 2000;
+
 impl Archive {
+    /// The begin of each ride: what is in the tables is no matter, and a run takes a quarter of the time.
     pub fn new() -> Self {
+        Archive::with(begin_of)
+    }
+
+    /// The rides as they are.
+    pub fn complete() -> Self {
+        Archive::with(|from, to| _ = std::fs::copy(from, to).expect("copied"))
+    }
+
+    /// The archive, each log written by `log` from one place to another.
+    fn with(log: fn(&Path, &Path)) -> Self {
         let folder = tempfile::tempdir().expect("folder");
         for entry in walkdir::WalkDir::new(ARCHIVE).into_iter().filter_map(Result::ok) {
-            let to =
-                folder.path().join("logs").join(entry.path().strip_prefix(ARCHIVE).expect("below"));
+            let below = entry.path().strip_prefix(ARCHIVE).expect("below");
+            let to = folder.path().join("logs").join(below);
             match entry.file_type().is_dir() {
                 true => std::fs::create_dir_all(&to).expect("folder"),
+                false if below.starts_with("sessions") => log(entry.path(), &to),
                 false => _ = std::fs::copy(entry.path(), &to).expect("copied"),
             }
         }
@@ -57,6 +73,22 @@ impl Archive {
     pub fn rejected(&self, out: &str) -> Vec<Rejected> {
         read::rows(&self.path(out)).expect("rejected")
     }
+}
+
+/// Writes the first samples of a log as another.
+fn begin_of(log: &Path, to: &Path) {
+    let file = std::fs::File::open(log).expect("a log");
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("a table");
+    let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
+    let own = pairs.into_iter().filter(|pair| pair.key != ARROW_SCHEMA_META_KEY).collect();
+    let properties = WriterProperties::builder().set_key_value_metadata(Some(own)).build();
+    let schema = reader.schema().clone();
+    let file = std::fs::File::create(to).expect("file");
+    let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).expect("writer");
+    for batch in reader.with_limit(SHORT).build().expect("a reader") {
+        writer.write(&batch.expect("rows")).expect("rows");
+    }
+    writer.close().expect("closed");
 }
 
 /// So many rows that say the same, in a few bytes each column.
@@ -100,7 +132,7 @@ pub fn whole(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn workers_write_what_the_process_itself_does() {
-    let archive = Archive::new();
+    let archive = Archive::complete();
     let (fenced, own) = (archive.run("fenced", &[]), archive.run("own", &["--in-process"]));
     assert!(fenced.status.success() && own.status.success());
     let (fenced, own) = (whole(&archive.path("fenced")), whole(&archive.path("own")));

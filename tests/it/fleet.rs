@@ -307,7 +307,7 @@ fn the_errors_make_the_interval(outcome: &pipeline::Outcome) {
         let rows: Vec<&EvidenceRow> = outcome.evidence.iter().filter(of).collect();
         let name = format!("{} {}", c.tyre, c.coefficient);
         let error = c.std_error.expect("ok");
-        let all = rows.iter().map(|e| e.shift * e.shift).sum::<f64>().sqrt();
+        let all = rows.iter().map(|e| e.sensitivity * e.sensitivity).sum::<f64>().sqrt();
         assert!(all > 0.98 * error, "{name}: {all} of {error}");
         if c.coefficient != "peak_slip" {
             // at most three times the variance of the scatter

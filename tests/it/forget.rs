@@ -3,7 +3,7 @@
 use roadbench::internals::batch::Error;
 use roadbench::internals::batch::jobs::run;
 use roadbench::internals::batch::store::folder::Store;
-use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::forget::{Selection, forget};
 use roadbench::internals::batch::store::kind;
 use roadbench::internals::report::Pages;
 use roadbench::internals::store::tables::read;
@@ -45,7 +45,7 @@ fn what_is_forgotten_is_in_no_table_and_on_no_page() {
     let out = place.path("out").into();
     let before = place.files("out");
     assert!(naming(&place, "s-beta").len() > 5);
-    let by_id = Which { sessions: vec!["s-beta".into()], ..Which::default() };
+    let by_id = Selection { sessions: vec!["s-beta".into()], ..Selection::default() };
     let told = forget(&out, &by_id, false).expect("listed");
     assert_eq!(told.len(), 1);
     assert!(told[0].log.ends_with("b.csv") && told[0].bike_id == "b1", "{told:?}");
@@ -55,7 +55,7 @@ fn what_is_forgotten_is_in_no_table_and_on_no_page() {
     assert_eq!(place.sessions(), ["b1/s-alpha", "b2/s-gamma"]);
 
     // a motorcycle leaves no folder, its rejected inputs none either
-    let by_bike = Which { bikes: vec!["b2".into()], ..Which::default() };
+    let by_bike = Selection { bikes: vec!["b2".into()], ..Selection::default() };
     assert_eq!(forget(&out, &by_bike, true).expect("forgotten").len(), 2);
     assert_eq!(naming(&place, "s-gamma").len() + naming(&place, "s-delta").len(), 0);
     assert!(!place.path("out/sessions/bike=b2").exists());
@@ -71,9 +71,9 @@ fn missing_logs_are_told_from_a_missing_disk() {
     let place = Place::new(&logs);
     whole_run(&place);
     let out = place.path("out").into();
-    let missing = Which { missing: true, ..Which::default() };
+    let missing = Selection { missing: true, ..Selection::default() };
     assert_eq!(forget(&out, &missing, true).expect("nothing"), []);
-    let unknown = Which { sessions: vec!["s-x".into()], ..Which::default() };
+    let unknown = Selection { sessions: vec!["s-x".into()], ..Selection::default() };
     let why = forget(&out, &unknown, true).expect_err("no such session");
     assert!(
         matches!(&why, Error::Usage(m) if m.contains("`s-x`") && m.contains("did you mean")),

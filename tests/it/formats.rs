@@ -314,7 +314,7 @@ fn tracks_of_gpxpy_are_the_circle_that_it_was_given() {
         let is_known = |code: &str| code == "unknown_column" && name == "circle_garmin.gpx";
         assert!(raw.warnings.iter().all(|w| is_known(w.code)), "{name}: {:?}", raw.warnings);
     }
-    // a speed in km/h is told from its positions
+    // a speed in km/h is recognised by its positions
     let text = std::fs::read_to_string(sample("circle_10.gpx")).expect("bundled");
     let text = text.replace("<speed>20.0</speed>", "<speed>72.0</speed>");
     let raw = read_bytes(text.as_bytes(), "kmh.gpx", &[]).expect("read");

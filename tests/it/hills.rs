@@ -4,13 +4,12 @@
 #[allow(dead_code)]
 mod study;
 
-use study::{Road, median, ridden};
+use study::{Tallies, median, ridden};
 
 #[test]
 fn an_altitude_takes_the_slopes_out_of_drag_and_rolling_resistance() {
-    let on = |grade, altitude| ridden(Road { grade, altitude }, 6, 77);
-    let (blind, seen) = (on(0.045, false), on(0.045, true));
-    let error = |of: &std::collections::BTreeMap<String, study::Tally>, id: &str| {
+    let [blind, seen] = ridden(0.045, 6, 77);
+    let error = |of: &Tallies, id: &str| {
         median(&of.get(id).unwrap_or_else(|| panic!("{id} of {:?}", of.keys())).errors)
     };
     for id in ["vehicle rolling_resistance", "vehicle drag"] {

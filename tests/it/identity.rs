@@ -41,7 +41,7 @@ fn a_renamed_log_is_the_same_ride_and_a_copy_is_none() {
     assert_eq!((run.done, run.unchanged), (2, 1));
     assert_eq!(place.sessions(), ["b1/b", "b1/s-c", "b1/z"]);
 
-    // a copy is told, wherever it comes in the order of names, and every night
+    // a copy is reported, wherever it comes in the order of names, and every night
     for copy in ["logs/0.csv", "logs/zz.csv"] {
         std::fs::copy(place.path("logs/b.csv"), place.path(copy)).expect("copied");
         for _ in 0..2 {

@@ -1,5 +1,5 @@
 //! Rides in gear on crowned, growing tyres, made here: the checks let a good log pass and find exchanged channels;
-//! engine braking is told from the brakes with and without pressures.
+//! engine braking is separated from the brakes with and without pressures.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

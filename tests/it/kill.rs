@@ -85,7 +85,7 @@ pub fn victim_of(place: &Place) -> Child {
         .expect("child")
 }
 
-/// Reads every table that it finds again and again until told to stop; how many it has read.
+/// Reads every table that it finds again and again until stopped; how many it has read.
 ///
 /// With `kept`, a session that was there at the start is there at every look.
 fn read_along(place: &Place, stop: &AtomicBool, kept: &AtomicBool, read: &AtomicUsize) {

@@ -19,6 +19,7 @@ use roadbench::internals::tyre::paper::{Input, Output};
 use roadbench::internals::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 use crate::export::{here, there};
+use crate::shared::{copy_folder, folder_of};
 
 const SESSION: &str = "characterise_sports_small_s0001";
 
@@ -190,20 +191,34 @@ pub fn compile(folder: &Path, axle: Axle, unit: bool) -> PathBuf {
     binary
 }
 
+fn roadbench(folder: &Path, arguments: &[&str]) {
+    Command::cargo_bin("roadbench")
+        .expect("built")
+        .current_dir(folder)
+        .args(arguments)
+        .assert()
+        .success();
+}
+
 /// One ride of the characterisation, and its exports.
 pub struct Study {
     folder: tempfile::TempDir,
 }
 
 impl Study {
-    /// Rides and runs.
+    /// Rides and runs, or takes what another test has ridden.
     pub fn new() -> Self {
+        let once = folder_of("characterised_once", |folder| {
+            let text = std::fs::read_to_string(here("pipelines/scenarios/characterise.toml"));
+            let text = text.expect("scenario").replace("sessions = 3", "sessions = 1");
+            std::fs::write(folder.join("one.toml"), text).expect("written");
+            roadbench(folder, &["simulate", "one.toml", "--out", "ride"]);
+            roadbench(folder, &["run", "ride", "--out", "results"]);
+        });
         let study = Study { folder: tempfile::tempdir().expect("folder") };
-        let text = std::fs::read_to_string(here("pipelines/scenarios/characterise.toml"));
-        let text = text.expect("scenario").replace("sessions = 3", "sessions = 1");
-        std::fs::write(study.path("one.toml"), text).expect("written");
-        study.roadbench(&["simulate", "one.toml", "--out", "ride"]);
-        study.roadbench(&["run", "ride", "--out", "results"]);
+        for name in ["ride", "results"] {
+            copy_folder(&once.join(name), &study.path(name));
+        }
         study
     }
 
@@ -211,16 +226,11 @@ impl Study {
         self.folder.path().join(name)
     }
 
-    fn roadbench(&self, arguments: &[&str]) {
-        let mut command = Command::cargo_bin("roadbench").expect("built");
-        command.current_dir(self.folder.path()).args(arguments).assert().success();
-    }
-
     /// A file of a tyre as it was ridden, at 0.75.
     pub fn export(&self, axle: Axle, format: &[&str], out: &str) {
         let of = ["export", "results", "--session", SESSION, "--bikes", "ride/bikes", "--out", out];
         let as_ridden = ["--tyre", axle.name(), "--friction", "0.75", "--format"];
-        self.roadbench(&[&of[..], &as_ridden, format].concat());
+        roadbench(self.folder.path(), &[&of[..], &as_ridden, format].concat());
     }
 
     /// The characterised tyre.
@@ -286,7 +296,7 @@ const ROADS: [(&str, f64); 4] = [
     ("sports_small", 0.75),
     ("sports_touring", 1.0),
 ];
-/// Channels of which the peaks are held against each other, and how far a property file may be off the characterised
+/// Channels of which the peaks are compared, and how far a property file may be off the characterised
 /// tyre, and that off the motorcycle's own.
 const CHANNELS: [(&str, f64, f64); 12] = [
     ("steer_torque", 0.12, 0.14),

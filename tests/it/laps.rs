@@ -11,7 +11,7 @@ use roadbench::internals::contract::geodesy::metres_per_degree;
 use roadbench::internals::contract::session::{Markers, Meta, Session};
 use roadbench::internals::ingest;
 use roadbench::internals::ingest::maps::ChannelMap;
-use roadbench::internals::segment::laps::find::{Found, Kind};
+use roadbench::internals::segment::laps::find::{DetectedLaps, Kind};
 use roadbench::internals::segment::laps::{Config, detect, look};
 use roadbench::internals::simulate::track;
 use roadbench::internals::statistics::random::{Coloured, Random};
@@ -32,7 +32,7 @@ fn session(path: &Path, map: &str) -> Session {
     ingest::run(raw, &ingest::Config::default()).unwrap_or_else(|e| panic!("{e}")).0
 }
 
-fn timed(found: &Found) -> Vec<[f64; 3]> {
+fn timed(found: &DetectedLaps) -> Vec<[f64; 3]> {
     let timed = found.laps.iter().filter(|l| l.kind == Kind::Timed);
     timed.map(|l| [l.start, l.end, l.error]).collect()
 }

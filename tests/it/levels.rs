@@ -1,4 +1,4 @@
-//! Effects that sessions share: told at the motorcycle, the site or the night that has them.
+//! Effects that sessions share: reported for the motorcycle, the site or the night that has them.
 
 use roadbench::internals::diagnose::Settings;
 use roadbench::internals::diagnose::levels::{Member, Pooling};

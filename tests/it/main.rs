@@ -84,6 +84,7 @@ mod script;
 mod segment;
 mod sensor_errors;
 mod settings;
+mod shared;
 mod show;
 mod slip_angles;
 mod superbike;

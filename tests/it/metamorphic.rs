@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use roadbench::internals::batch::jobs::run;
 use roadbench::internals::batch::store::folder::Store;
-use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::forget::{Selection, forget};
 use roadbench::internals::batch::store::kind;
 use roadbench::internals::batch::store::verify::mend;
 use roadbench::internals::report::Pages;
@@ -95,7 +95,7 @@ impl World {
 
     /// The session of a log that goes is given up: else it stays, by design.
     fn forget(&self, log: &Log) {
-        let which = Which { sessions: vec![format!("s{}", log.id)], ..Which::default() };
+        let which = Selection { sessions: vec![format!("s{}", log.id)], ..Selection::default() };
         let _ = forget(&self.place.path("out").into(), &which, true); // it may not be there yet
     }
 

@@ -73,7 +73,7 @@ fn without_noise_every_mounting_gives_the_truth() {
         assert!(off(VELOCITY_Y) < 0.01, "{angles:?}: {}", off(VELOCITY_Y));
         assert!(off(0) < 0.01 && off(2) < 0.01 && off(3) < 0.01, "{angles:?}");
         assert!((found.delay[0] - 0.13).abs() < 1e-3, "{angles:?}: {:?}", found.delay);
-        // pitch is told from roll by what straight running usually is, half a degree
+        // pitch is separated from roll by usual straight running, half a degree
         assert!(degrees(mounting.rotation_to(&found.mounting).angle()) < 0.3, "{angles:?}");
     }
 }

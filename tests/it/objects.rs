@@ -257,7 +257,7 @@ fn waiting(server: &Server) -> Vec<String> {
 }
 
 /// Bits that are turned on the way, in logs and in tables, are noticed and asked for or sent again; what is turned in the
-/// store itself is told, and computed again.
+/// store itself is reported, and computed again.
 #[test]
 fn turned_bits_are_noticed() {
     let server = served();
@@ -354,51 +354,59 @@ fn a_killed_run_leaves_a_lock_that_ends_and_tables_that_are_mended() {
     let whole = there(&server, "out/");
     server.seen();
 
-    for kill_after in [3, 25, 60] {
-        // computed again, slowly, and killed between two requests that write
-        server.faults(1, 0.1, usize::MAX);
-        let mut child: Child = command(&server, &[&THERE[..], &["--force"]].concat())
-            .env("ROADBENCH_LOCK_SECONDS", "8")
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("roadbench starts");
-        let mut puts = 0;
-        let start = Instant::now();
-        while puts < kill_after && start.elapsed() < Duration::from_secs(60) {
-            puts += count(&server.seen(), "PUT", "out/");
-            std::thread::sleep(Duration::from_millis(5));
+    // each on a server of its own and at once: they wait most of the time
+    std::thread::scope(|scope| {
+        for kill_after in [3, 25, 60] {
+            let (twin, whole) = (server.twin(), &whole);
+            scope.spawn(move || is_mended(&twin, whole, kill_after));
         }
-        child.kill().expect("killed");
-        child.wait().expect("gone");
-        server.faults(0, 0.0, 0);
-        assert!(server.below("out/.roadbench/").contains_key("lock"));
-        // a reader sees whole tables
-        for (name, bytes) in there(&server, "out/") {
-            if name.ends_with(".parquet") {
-                rows(&bytes); // or it panics
-            }
-        }
-        let (code, said) = run(&server, &THERE);
-        assert_eq!(code, 2, "{said}");
-        assert!(said.contains("another roadbench") && said.contains("its lock ends at"), "{said}");
-        // the lock ends, and so do requests that the server was slow to do
-        std::thread::sleep(Duration::from_secs(3));
-        let until = Instant::now() + Duration::from_secs(20);
-        let (code, said) = loop {
-            let ended = run(&server, &THERE);
-            if ended.0 != 2 || Instant::now() > until {
-                break ended;
-            }
-            std::thread::sleep(Duration::from_millis(500));
-        };
-        assert_eq!(code, 0, "{said}");
-        assert!(said.contains("taking over the lock"), "{said}");
-        assert_same(&there(&server, "out/"), &whole);
-        assert_eq!(waiting(&server), [""; 0]);
-        println!("killed after {puts} writes: mended");
-        server.seen();
+    });
+}
+
+/// Computes again what is there, is killed after so many writes, and ends like `whole`.
+fn is_mended(server: &Server, whole: &Files, kill_after: usize) {
+    // computed again, slowly, and killed between two requests that write
+    server.faults(1, 0.1, usize::MAX);
+    let mut child: Child = command(server, &[&THERE[..], &["--force"]].concat())
+        .env("ROADBENCH_LOCK_SECONDS", "8")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("roadbench starts");
+    let mut puts = 0;
+    let start = Instant::now();
+    while puts < kill_after && start.elapsed() < Duration::from_secs(60) {
+        puts += count(&server.seen(), "PUT", "out/");
+        std::thread::sleep(Duration::from_millis(5));
     }
+    child.kill().expect("killed");
+    child.wait().expect("gone");
+    server.faults(0, 0.0, 0);
+    assert!(server.below("out/.roadbench/").contains_key("lock"));
+    // a reader sees whole tables
+    for (name, bytes) in there(server, "out/") {
+        if name.ends_with(".parquet") {
+            rows(&bytes); // or it panics
+        }
+    }
+    let (code, said) = run(server, &THERE);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("another roadbench") && said.contains("its lock ends at"), "{said}");
+    // the lock ends, and so do requests that the server was slow to do
+    std::thread::sleep(Duration::from_secs(3));
+    let until = Instant::now() + Duration::from_secs(20);
+    let (code, said) = loop {
+        let ended = run(server, &THERE);
+        if ended.0 != 2 || Instant::now() > until {
+            break ended;
+        }
+        std::thread::sleep(Duration::from_millis(500));
+    };
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("taking over the lock"), "{said}");
+    assert_same(&there(server, "out/"), whole);
+    assert_eq!(waiting(server), [""; 0]);
+    println!("killed after {puts} writes: mended");
 }
 
 #[test]

@@ -194,7 +194,7 @@ fn xsens_by_hand() {
     near(first(&raw, YawRate), 0.5, 100.0);
     near(first(&raw, Yaw), 45_f64.to_radians(), 100.0);
     near(first(&raw, Latitude), 45.6, 4.0);
-    // the first moment is told half a second late; the ticks begin anew at the 100th row
+    // the first stamp is half a second late; the ticks begin anew at the 100th row
     assert_eq!(raw.meta.start_time.as_deref(), Some("2024-05-01T10:20:29.5Z"));
     assert!(raw.euler_yaw);
     let (session, warnings) = ingest::run(raw, &Config::default()).expect("usable");

@@ -1,5 +1,6 @@
 //! A ride simulated on the motorcycle that it was ridden on, whatever it has: nothing is left.
 
+use rayon::prelude::*;
 use roadbench::internals::contract::bike::Bike;
 use roadbench::internals::contract::channel::Channel;
 use roadbench::internals::contract::session::Session;
@@ -81,8 +82,9 @@ fn the_true_effect_leaves_nothing_of_itself() {
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
     let floor = misfit(&session, &segments, &usual.plant);
-    let (mut wrong, mut shown) = (Vec::new(), Vec::new());
-    for effect in ALL {
+    // whether an effect shows, and the channels in which its true size leaves something
+    let of = |effect: &Effect| {
+        let (mut wrong, mut is_shown) = (Vec::new(), false);
         let mut machine = usual.clone();
         let mut error = machine.plant.model_error;
         (effect.set)(&mut error, SIZE * effect.typical);
@@ -92,9 +94,7 @@ fn the_true_effect_leaves_nothing_of_itself() {
         let with = misfit(&session, &segments, &machine.plant);
         for (k, (channel, small)) in COMPARED.into_iter().enumerate() {
             let shows = without[k] > SHOWS * floor[k] && without[k] - floor[k] > 0.1 * small;
-            if shows && shown.last() != Some(&effect.name) {
-                shown.push(effect.name);
-            }
+            is_shown |= shows;
             let left =
                 (with[k].powi(2) - floor[k].powi(2)) / (without[k].powi(2) - floor[k].powi(2));
             let riders = RIDERS.iter().any(|(e, c)| *e == effect.name && c.contains(&channel));
@@ -111,7 +111,12 @@ fn the_true_effect_leaves_nothing_of_itself() {
                 ));
             }
         }
-    }
+        (is_shown, wrong)
+    };
+    let found: Vec<(bool, Vec<String>)> = ALL.par_iter().map(of).collect();
+    let shown = ALL.iter().zip(&found).filter(|(_, (is_shown, _))| *is_shown);
+    let shown: Vec<&str> = shown.map(|(effect, _)| effect.name).collect();
+    let wrong: Vec<String> = found.iter().flat_map(|(_, wrong)| wrong.clone()).collect();
     // the others are smaller than the replay's own error
     println!("{} of {} effects show: {shown:?}", shown.len(), ALL.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -131,7 +136,8 @@ fn a_name_that_makes_the_simulation_worse_is_taken_back() {
     let others = ALL.iter().filter(|e| e.name != effect.name);
     let settings = Settings { nulls: 19, effects: others.copied().collect(), advise: false };
     let found = road::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
-    let told: Vec<_> = found.naming.causes.iter().filter(|c| c.verdict.is_cause()).collect();
+    let told: Vec<_> =
+        found.identification.causes.iter().filter(|c| c.verdict.is_cause()).collect();
     let told: Vec<_> = told.iter().map(|c| (c.candidate.name, c.value(), c.std_error())).collect();
     assert!(told.is_empty(), "{told:?}");
     let taken_back = |name: &str| {

@@ -175,8 +175,8 @@ fn manoeuvres(ident: &Ident, note: &str) -> Vec<Manoeuvre> {
                 acceleration_x_peak: Some(-1.9),
                 acceleration_y_peak: Some(0.4),
                 roll_peak: Some(if left { -0.6 } else { 0.6 }),
-                slip_front_peak: Some(-0.03),
-                slip_rear_peak: Some(-0.01),
+                slip_ratio_front_peak: Some(-0.03),
+                slip_ratio_rear_peak: Some(-0.01),
                 ..Manoeuvre::default()
             }
         })

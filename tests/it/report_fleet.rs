@@ -308,7 +308,7 @@ fn the_summary_is_markdown_without_the_logs_markup() {
     generate(folder.path());
     let text = summary::markdown(folder.path()).expect("summary");
     assert!(text.starts_with("# Tyre coefficients from 12 riding sessions\n"), "{text}");
-    assert!(text.contains("| peak friction (Magic Formula D) | 1.01"), "{text}");
+    assert!(text.contains("| peak friction coefficient | 1.01"), "{text}");
     assert!(text.contains("| tyre swap, rear | s09 | 3 | +29.8 % |"), "{text}");
     assert!(text.contains("&lt;/script&gt;&lt;b onmouseover=alert(1)&gt;\\|&#64;all"), "{text}");
     // every line of a table has the cells of its head

@@ -134,7 +134,8 @@ impl Somebody {
 /// Whatever is missing, a run does what it can and says the rest in a sentence; no row is lost, not even with --force.
 #[test]
 fn a_run_without_processes_files_stack_or_memory_costs_no_rows() {
-    let archive = Archive::new();
+    // of short rides two are open at once so often that nine files are too few
+    let archive = Archive::complete();
     let Some(somebody) = Somebody::new(&archive) else { return };
     assert!(somebody.run(&["--nofile=1000"], &archive, &[]).status.success());
     let good = rows(&archive.path("out"));

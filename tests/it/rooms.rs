@@ -274,7 +274,7 @@ fn fuzz_targets_import_what_there_is() {
     assert!(imports > 5, "{imports}");
 }
 
-/// All that is held against the imports: to read them takes longer than everything else.
+/// All tests of the imports in one: to read them takes longer than everything else.
 #[test]
 fn imports_lead_down_and_are_those_of_the_page() {
     let (rooms, all) = (rooms(), modules());

@@ -129,6 +129,17 @@ impl Server {
         Server { address, state }
     }
 
+    /// Another server with the same objects by the same names: what is done there is not seen here.
+    pub fn twin(&self) -> Server {
+        let twin = Server::start();
+        let objects = self.state.objects.lock().expect("lock").clone();
+        *twin.state.objects.lock().expect("lock") = objects;
+        *twin.state.written.lock().expect("lock") = *self.state.written.lock().expect("lock");
+        let is_checksum = self.state.checksums.load(Ordering::Relaxed);
+        twin.state.checksums.store(is_checksum, Ordering::Relaxed);
+        twin
+    }
+
     /// The environment of a client.
     pub fn environment(&self) -> Vec<(&'static str, String)> {
         vec![

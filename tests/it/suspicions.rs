@@ -72,7 +72,7 @@ fn a_sensor_off_its_place_is_named_on_a_motorcycle_that_is_not_the_model() {
     let settings = Settings { nulls: 12, ..Settings::default() };
     let d = diagnose(&ridden.session, &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
     let named: Vec<(&str, f64)> = d
-        .naming
+        .identification
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))

@@ -4,12 +4,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use arrow::array::RecordBatch;
+use arrow::compute::concat_batches;
 use roadbench::internals::batch::Error;
 use roadbench::internals::batch::jobs::run;
 use roadbench::internals::batch::store::folder::Store;
-use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::forget::{Selection, forget};
 use roadbench::internals::batch::store::reading::Reading;
-use roadbench::internals::batch::store::verify::{Wrong, mend, verify};
+use roadbench::internals::batch::store::verify::{FindingKind, mend, verify};
 use roadbench::internals::batch::store::{kind, mark};
 use roadbench::internals::report::Pages;
 use roadbench::internals::store::tables::rows::{Coefficient, FleetRow, SessionRow};
@@ -54,7 +56,7 @@ fn an_archive_of_logs_is_no_output() {
     refused(verify(&archive, true).map(drop));
     refused(mend(&archive, false).map(drop));
     refused(mend(&archive, true).map(drop));
-    let all = Which { missing: true, ..Which::default() };
+    let all = Selection { missing: true, ..Selection::default() };
     refused(forget(&archive, &all, true).map(drop));
     drop(Reading::of(&place.path("archive")).expect("nothing to wait for"));
     // a run would write its tables between them
@@ -83,10 +85,10 @@ fn files_of_others_stay_in_an_output() {
     let mut expected = others.to_vec();
     expected.sort_unstable();
     assert_eq!(foreign, expected);
-    assert!(found.findings.iter().all(|f| f.wrong == Wrong::Foreign), "{:?}", found.findings);
+    assert!(found.findings.iter().all(|f| f.wrong == FindingKind::Foreign), "{:?}", found.findings);
     assert_eq!(mend(&out, true).expect("mended").removed, [""; 0]);
     std::fs::remove_file(place.path("logs/a.csv")).expect("removed");
-    let which = Which { bikes: vec!["b1".into(), "b2".into()], ..Which::default() };
+    let which = Selection { bikes: vec!["b1".into(), "b2".into()], ..Selection::default() };
     let _ = forget(&out, &which, true); // b2 has rejections only
     night(&place);
     for name in others {
@@ -197,7 +199,7 @@ fn an_archived_ride_is_not_replaced_by_another_one_of_its_name() {
     assert_eq!(night(&place).done, 1);
     assert_eq!(value(&place), [0.33, 0.34]);
     let found = verify(&place.path("out").into(), true).expect("verified").findings;
-    assert_eq!(found.iter().map(|f| f.wrong).collect::<Vec<_>>(), [Wrong::LogMissing]);
+    assert_eq!(found.iter().map(|f| f.wrong).collect::<Vec<_>>(), [FindingKind::LogMissing]);
     // names that are exchanged among logs that are there are no reason
     place.put("logs/x.csv", "s-x|b2|ok 0.35 2026-05-04T10:00:00Z");
     place.put("logs/y.csv", "s-y|b2|ok 0.36 2026-05-05T10:00:00Z");
@@ -392,36 +394,72 @@ fn a_table_from_a_backup_comes_back_into_fleet_and_report() {
     }
 }
 
+/// A table's file as another version of its schema has it, without some columns; the list of checksums agrees.
+fn of_version(place: &Place, table: &str, version: &str, without: &[&str]) {
+    let path = place.path(table);
+    let rows: Vec<RecordBatch> =
+        read::batches_of(std::fs::read(&path).expect("there").into()).expect("read");
+    let schema = rows[0].schema();
+    let kept: Vec<usize> = (0..schema.fields().len())
+        .filter(|i| !without.contains(&schema.field(*i).name().as_str()))
+        .collect();
+    let mut metadata = schema.metadata().clone();
+    metadata.insert("roadbench.schema".into(), version.into());
+    let whole = concat_batches(&schema, &rows).expect("one batch").project(&kept).expect("fewer");
+    let schema = whole.schema().as_ref().clone().with_metadata(metadata);
+    let batch = whole.with_schema(schema.into()).expect("the same fields");
+    file::write_batch(&path, &batch).expect("written");
+    let mut list: std::collections::BTreeMap<String, String> = serde_json::from_slice(
+        &std::fs::read(place.path("out/.roadbench/checksums.json")).expect("a list"),
+    )
+    .expect("a list");
+    let sum = blake3::hash(&std::fs::read(&path).expect("there")).to_hex().to_string();
+    list.insert(table.trim_start_matches("out/").into(), sum);
+    place.put("out/.roadbench/checksums.json", &serde_json::to_string(&list).expect("text"));
+}
+
+/// A month that the earlier version of the tables wrote stays readable, and becomes one of today with the next session that comes.
+#[test]
+fn a_month_of_the_earlier_version_goes_on() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("c", "s-c|b2|ok")]);
+    night(&place);
+    let months = ["b1", "b2"].map(|bike| format!("out/coefficients/bike={bike}/2026-05.parquet"));
+    for month in &months {
+        of_version(&place, month, "coefficients.v1", &["term"]);
+    }
+    let rows = || -> Vec<Coefficient> { read::rows(&place.path("out")).expect("read") };
+    let before = rows();
+    assert!(!before.is_empty() && before.iter().all(|row| row.term.is_none()));
+    assert_eq!(night(&place).unchanged, 2, "nothing is computed for a new column");
+    place.put("logs/b.csv", "s-b|b1|ok");
+    let run = night(&place);
+    assert_eq!((run.done, run.unchanged, run.damage), (1, 2, None));
+    // the other motorcycle's month, too: who reads all files at once finds one set of columns
+    for month in &months {
+        let batches = read::batches_of(std::fs::read(place.path(month)).expect("there").into());
+        let schema = batches.expect("read")[0].schema();
+        assert_eq!(schema.metadata()["roadbench.schema"], "coefficients.v2");
+        assert!(schema.field_with_name("term").is_ok());
+    }
+    let same: Vec<Coefficient> =
+        rows().into_iter().filter(|row| row.ident.session_id != "s-b").collect();
+    assert_eq!(same.len(), before.len());
+    assert!(same.iter().zip(&before).all(|(now, then)| now.value == then.value));
+    assert!(verify(&place.path("out").into(), true).expect("verified").findings.is_empty());
+}
+
 /// What a newer version wrote is not replaced by what this one knows of it.
 #[test]
 fn tables_of_a_newer_version_are_left_alone() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("c", "s-c|b2|ok")]);
     night(&place);
-    let newer = |table: &str| {
-        let path = place.path(table);
-        let rows: Vec<arrow::array::RecordBatch> =
-            read::batches_of(std::fs::read(&path).expect("there").into()).expect("read");
-        let mut metadata = std::collections::HashMap::new();
-        metadata.insert("roadbench.table".into(), "coefficients".into());
-        metadata.insert("roadbench.schema".into(), "coefficients.v2".into());
-        let schema = rows[0].schema().as_ref().clone().with_metadata(metadata);
-        let batch = rows[0].clone().with_schema(schema.into()).expect("the same fields");
-        file::write_batch(&path, &batch).expect("written");
-        let mut list: std::collections::BTreeMap<String, String> = serde_json::from_slice(
-            &std::fs::read(place.path("out/.roadbench/checksums.json")).expect("a list"),
-        )
-        .expect("a list");
-        let sum = blake3::hash(&std::fs::read(&path).expect("there")).to_hex().to_string();
-        list.insert(table.trim_start_matches("out/").into(), sum);
-        place.put("out/.roadbench/checksums.json", &serde_json::to_string(&list).expect("text"));
-    };
-    newer("out/coefficients/bike=b1/2026-05.parquet");
+    of_version(&place, "out/coefficients/bike=b1/2026-05.parquet", "coefficients.v3", &[]);
     let before = std::fs::read(place.path("out/coefficients/bike=b1/2026-05.parquet")).expect("it");
     place.put("logs/b.csv", "s-b|b1|ok");
     place.put("logs/d.csv", "s-d|b2|ok");
     let run = place.run();
     let why = run.damage.as_deref().expect("said");
-    assert!(why.contains("newer roadbench (coefficients.v2)"), "{why}");
+    assert!(why.contains("newer roadbench (coefficients.v3)"), "{why}");
     let after = std::fs::read(place.path("out/coefficients/bike=b1/2026-05.parquet")).expect("it");
     assert!(before == after, "as it was");
     let rows: Vec<SessionRow> = read::rows(&place.path("out")).expect("read");

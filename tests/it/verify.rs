@@ -6,7 +6,7 @@ use assert_cmd::Command;
 use roadbench::internals::batch::jobs::run;
 use roadbench::internals::batch::store::folder::Store;
 use roadbench::internals::batch::store::kind;
-use roadbench::internals::batch::store::verify::{Wrong, mend, verify};
+use roadbench::internals::batch::store::verify::{FindingKind, mend, verify};
 use roadbench::internals::report::Pages;
 
 use crate::script::Place;
@@ -17,7 +17,7 @@ fn whole_run(place: &Place) {
     run::finish(&store, Pages::Auto, |_| Ok(())).expect("fleet and report");
 }
 
-fn found(place: &Place) -> Vec<(Wrong, String)> {
+fn found(place: &Place) -> Vec<(FindingKind, String)> {
     let done = verify(&place.path("out").into(), true).expect("verified");
     assert_eq!(done.unlisted, 0);
     done.findings.into_iter().map(|f| (f.wrong, f.place)).collect()
@@ -41,16 +41,16 @@ fn an_output_is_as_it_was_written_or_it_is_told_what_is_not() {
     assert_eq!(found(&place), []);
     let whole = place.files("out");
 
-    // one bit of every file in turn: told by name, and by nothing else
+    // one bit of every file in turn: reported for this file, and for no other
     let files: Vec<String> =
         place.names().into_iter().filter(|n| n.ends_with(".parquet")).collect();
     assert!(files.len() > 12, "{files:?}");
     for file in files.iter().filter(|f| !f.starts_with("rejected/")) {
         flip(&place, &format!("out/{file}"));
         let told = found(&place);
-        assert!(told.contains(&(Wrong::Changed, file.clone())), "{file}: {told:?}");
+        assert!(told.contains(&(FindingKind::Changed, file.clone())), "{file}: {told:?}");
         assert!(
-            told.iter().all(|(wrong, at)| at == file || *wrong != Wrong::Changed),
+            told.iter().all(|(wrong, at)| at == file || *wrong != FindingKind::Changed),
             "{file}: {told:?}"
         );
         flip(&place, &format!("out/{file}"));
@@ -91,15 +91,15 @@ fn what_is_gone_left_over_or_nobodys_is_told() {
     place.put("logs/c.csv", "s-c|b2|ok ");
     let done = verify(&place.path("out").into(), true).expect("verified");
     assert_eq!(done.unlisted, 1, "the copy");
-    let mut told: Vec<(Wrong, String)> =
+    let mut told: Vec<(FindingKind, String)> =
         done.findings.into_iter().map(|f| (f.wrong, f.place)).collect();
     let log = |name: &str| place.path(name).to_string_lossy().into_owned();
     let mut expected = vec![
-        (Wrong::Missing, "evidence/bike=b1/2026-05.parquet".to_owned()),
-        (Wrong::Orphan, "plots/bike=b2/2031-01.parquet".to_owned()),
-        (Wrong::LeftOver, "coefficients/.roadbench-x.tmp".to_owned()),
-        (Wrong::LogMissing, log("logs/a.csv")),
-        (Wrong::LogChanged, log("logs/c.csv")),
+        (FindingKind::Missing, "evidence/bike=b1/2026-05.parquet".to_owned()),
+        (FindingKind::Orphan, "plots/bike=b2/2031-01.parquet".to_owned()),
+        (FindingKind::LeftOver, "coefficients/.roadbench-x.tmp".to_owned()),
+        (FindingKind::LogMissing, log("logs/a.csv")),
+        (FindingKind::LogChanged, log("logs/c.csv")),
     ];
     told.sort();
     expected.sort();
@@ -129,7 +129,7 @@ fn mending_keeps_what_no_log_can_give_again() {
     assert!(run.done >= 1, "{}", run.done);
     assert!(mend(&out, false).expect("mended").kept.is_empty());
     assert!(
-        found(&place).iter().all(|(wrong, _)| *wrong == Wrong::LogMissing),
+        found(&place).iter().all(|(wrong, _)| *wrong == FindingKind::LogMissing),
         "{:?}",
         found(&place)
     );

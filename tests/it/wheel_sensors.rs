@@ -1,5 +1,5 @@
 //! Sensors of the wheels: slip angles, measuring wheels, brake torques. A small version of the study
-//! `examples/wheel_sensors`, and what a user is told.
+//! `examples/wheel_sensors`, and the messages for the user.
 
 #[path = "../../examples/wheel_sensors.rs"]
 #[allow(dead_code)]

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 /// A phrase of pages in small letters, and the words to use instead.
-const PHRASES: [(&str, &str); 48] = [
+const PHRASES: [(&str, &str); 51] = [
     ("null simulation", "fault-free simulation"),
     ("noise alone", "noise only"),
     ("base model", "nominal model"),
@@ -53,10 +53,13 @@ const PHRASES: [(&str, &str); 48] = [
     ("previously", "the state of the current version"),
     ("used to be", "the state of the current version"),
     ("bends", "corners"),
+    ("constants of the naming", "constants of the identification"),
+    ("false name", "false alarm"),
+    ("told that", "reported"),
 ];
 
 /// A phrase of comments in the code in small letters, and the words to use instead.
-const COMMENTS: [(&str, &str); 20] = [
+const COMMENTS: [(&str, &str); 29] = [
     ("null simulation", "fault-free simulation"),
     ("noise alone", "noise only"),
     ("base model", "nominal model"),
@@ -77,10 +80,19 @@ const COMMENTS: [(&str, &str); 20] = [
     ("none of our business", "ignored"),
     ("takes sessions out", "removes sessions"),
     ("rightly", "correctly"),
+    ("held against", "compared with"),
+    ("noise floor", "noise-only rms"),
+    ("diagnosis named", "identified causes"),
+    ("was named", "is identified"),
+    ("named cause", "identified cause"),
+    ("have it that", "suggest, show"),
+    ("has it that", "suggests, shows"),
+    ("what is left", "the remainder, the residual"),
+    (" told ", "reported, separated, recognised"),
 ];
 
 /// A phrase of the program's messages, help texts and tables in small letters, and the words to use instead.
-const MESSAGES: [(&str, &str); 12] = [
+const MESSAGES: [(&str, &str); 26] = [
     ("null simulation", "fault-free simulation"),
     ("noise alone", "noise only"),
     ("base model", "nominal model"),
@@ -93,6 +105,20 @@ const MESSAGES: [(&str, &str); 12] = [
     ("how sure", "accuracy"),
     ("of before", "earlier"),
     ("said by you", "given by the user"),
+    ("told apart", "separated"),
+    ("make no sense", "cannot be decoded"),
+    ("carries on", "run the same command again"),
+    ("is left over", "remains"),
+    ("to hold it against", "to compare it with"),
+    ("say it with", "give it with"),
+    ("as it was written", "damaged"),
+    ("is there already", "exists already"),
+    ("takes it out", "removes it"),
+    ("all along", "stays at, throughout"),
+    ("is no number", "is not a number"),
+    ("as you said", "given by the user"),
+    ("nobody reads", "no program reads"),
+    ("calculated of", "calculated from"),
 ];
 
 /// The glossary defines the program's own words.

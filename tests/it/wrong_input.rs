@@ -58,7 +58,7 @@ const CASES: &[(&str, u8, &str)] = &[
     ("compare out archive_s0001 others", 2, "`archive_s0001` is every session"),
     ("compare out archive_s0001 archive_s0001", 2, "are the same sessions"),
     ("compare out archive_s0001", 2, "give a second output, or two sets of sessions"),
-    ("compare out tire=x others", 2, "sessions are not chosen by `tire`"),
+    ("compare out tire=x others", 2, "sessions cannot be chosen by `tire`"),
     ("compare out out", 2, "are the same sessions"),
     ("compare out a b --load 1", 2, "must be between 10 and 20000"),
     // other files that are not there

@@ -18,7 +18,6 @@ pub(crate) fn robust_sd(values: &[f64], median: f64) -> Option<f64> {
     median_of(&mut deviations).map(|mad| SD_PER_MAD * mad)
 }
 
-/// Root mean square.
 pub(crate) fn root_mean_square(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;

@@ -16,9 +16,7 @@ pub(crate) type Units = BTreeMap<(String, String), String>;
 /// Value and interval of a session's own row of `coefficients`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Own {
-    /// Estimate.
     pub value: f64,
-    /// Its standard error.
     pub std_error: f64,
     /// Its 95 % interval.
     pub interval: [f64; 2],

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::rows::Owns;
 use crate::batch::error::Error;
 use crate::batch::store::contents::Contents;
+use crate::contract::coefficient::Coefficient as C;
 use crate::contract::error_source::{MODEL, RIDES, TYRES};
 use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
@@ -51,7 +52,8 @@ pub(crate) fn rows(
             if found.alone {
                 tracing::warn!(
                     bike = %bike.bike,
-                    "its rides could not be combined: its rows of `tyres` are the rides' medians, it has none in `bikes`"
+                    "the rides of this motorcycle could not be combined: its rows of `tyres` are \
+                     medians over the rides, and `bikes` has no rows of it"
                 );
             }
             Ok(found)
@@ -83,12 +85,12 @@ fn evidence(out: &Path, bike: &str, part: &str) -> Result<Vec<Piece>, Error> {
         value: row.value,
         source: row.source,
         shared: row.shared,
-        shift: row.shift,
-        taken: row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]),
+        shift: row.sensitivity,
+        taken: row.source_value.zip(row.source_std_error).map(|(value, sd)| [value, sd]),
     };
     // METHOD: what a ride hardly determines is off to one side, which more such rides do not cure
     let usable = |row: &EvidenceRow| {
-        row.status == Status::Ok && row.value.is_finite() && row.shift.is_finite()
+        row.status == Status::Ok && row.value.is_finite() && row.sensitivity.is_finite()
     };
     Ok(rows.into_iter().filter(usable).map(piece).collect())
 }
@@ -102,6 +104,11 @@ fn of_one_ride(found: &mut BikeTyres, owns: &Owns) {
         (estimate.value, estimate.std_error) = (own.value, own.std_error);
         (estimate.median, estimate.interval) = (own.value, own.interval);
     }
+}
+
+/// What the field calls a coefficient; none of a name of a newer version.
+fn term(coefficient: &str) -> Option<String> {
+    C::from_name(coefficient).map(|c| c.spec().term.to_owned())
 }
 
 fn tyre_row(bike: &str, tyre: &OnBike) -> TyreRow {
@@ -118,6 +125,7 @@ fn tyre_row(bike: &str, tyre: &OnBike) -> TyreRow {
         specimen: Some(key.specimen as i64),
         tyre_model: model.clone(),
         coefficient: key.coefficient.clone(),
+        term: term(&key.coefficient),
         unit: unit.clone(),
         value: *value,
         std_error: *std_error,
@@ -140,6 +148,7 @@ fn model_row(model: &Model) -> TyreRow {
         tyre: model.tyre.clone(),
         tyre_model: Some(model.model.clone()),
         coefficient: model.coefficient.clone(),
+        term: term(&model.coefficient),
         unit: model.unit.clone(),
         value: model.value,
         std_error: model.std_error,
@@ -166,9 +175,10 @@ fn share(x: f64) -> f64 {
 
 fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
     let Shared { source, taken, found, std_error } = shared;
-    let told = (1.0 - std_error * std_error).clamp(0.0, 1.0);
+    let variance_explained = (1.0 - std_error * std_error).clamp(0.0, 1.0);
     let number = taken.map(|[value, sd]| (value + found * sd, std_error * sd));
-    let reason = taken.filter(|_| told > TELLS && found.abs() > DOUBTED).map(|[value, _]| {
+    let is_doubted = variance_explained > TELLS && found.abs() > DOUBTED;
+    let reason = taken.filter(|_| is_doubted).map(|[value, _]| {
         let (now, sd) = number.unwrap_or_default();
         format!("more likely {now:.4} +- {sd:.4} than {value:.4}")
     });
@@ -176,13 +186,13 @@ fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
     BikeRow {
         bike_id: bike.to_owned(),
         source: source.clone(),
-        taken: taken.map(|t| digits(t[0])),
-        taken_sd: taken.map(|t| digits(t[1])),
-        found: number.map(|n| digits(n.0)),
-        found_sd: number.map(|n| digits(n.1)),
+        prior: taken.map(|t| digits(t[0])),
+        prior_std_error: taken.map(|t| digits(t[1])),
+        posterior: number.map(|n| digits(n.0)),
+        posterior_std_error: number.map(|n| digits(n.1)),
         shift: share(*found),
-        shift_sd: share(*std_error),
-        told: share(told),
+        shift_std_error: share(*std_error),
+        variance_explained: share(variance_explained),
         n_sessions: rides as i64,
         reason_code: reason.as_ref().map(|_| ReasonCode::DoubtedNumber.name().to_owned()),
         reason,
@@ -223,6 +233,7 @@ mod tests {
         let by_rides = row(&on_bike(0.3, Some(("mass", 0.2))));
         assert_eq!((by_rides.limited_by.as_str(), by_rides.limited_share), ("rides", Some(0.7)));
         assert_eq!(row(&on_bike(0.0, None)).limited_by, "rides");
+        assert_eq!(by_mass.term.as_deref(), Some("peak friction coefficient"));
         assert_eq!((by_mass.specimen, by_mass.n_sessions, by_mass.n_tyres), (Some(1), 12, 1));
         batch(&[by_mass, by_rides]).expect("as the schema has it");
     }
@@ -236,35 +247,35 @@ mod tests {
             std_error,
         };
         let doubted = bike_row("b", &shared(-2.0, 0.3), 9);
-        assert_eq!((doubted.found, doubted.found_sd), (Some(242.0), Some(1.2)));
-        assert!((doubted.told - 0.91).abs() < 1e-12);
+        assert_eq!((doubted.posterior, doubted.posterior_std_error), (Some(242.0), Some(1.2)));
+        assert!((doubted.variance_explained - 0.91).abs() < 1e-12);
         assert!(doubted.reason.as_ref().is_some_and(|r| r.contains("242.0")), "{doubted:?}");
         assert_eq!(bike_row("b", &shared(-2.0, 0.95), 9).reason, None, "told little");
         // nothing was learnt, but for the noise of sums
         let mut same = shared(-2e-28, 1.0 - 1e-16);
         same.taken = Some([0.1 + 0.2, 3.0 * 0.1]);
         let row = bike_row("b", &same, 9);
-        assert_eq!((row.taken, row.taken_sd), (Some(0.3), Some(0.3)));
-        assert_eq!((row.found, row.found_sd), (Some(0.3), Some(0.3)));
-        assert_eq!((row.shift, row.shift_sd, row.told), (0.0, 1.0, 0.0));
+        assert_eq!((row.prior, row.prior_std_error), (Some(0.3), Some(0.3)));
+        assert_eq!((row.posterior, row.posterior_std_error), (Some(0.3), Some(0.3)));
+        assert_eq!((row.shift, row.shift_std_error, row.variance_explained), (0.0, 1.0, 0.0));
         assert!(row.shift.is_sign_positive(), "a negative zero");
         assert_eq!(bike_row("b", &shared(0.5, 0.3), 9).reason, None, "as it was taken");
         let nothing = bike_row("b", &Shared { taken: None, ..shared(0.1, 1.001) }, 9);
-        assert_eq!((nothing.found, nothing.told), (None, 0.0));
+        assert_eq!((nothing.posterior, nothing.variance_explained), (None, 0.0));
         batch(&[doubted, nothing]).expect("as the schema has it");
     }
 
     #[test]
     fn only_ok_rows_are_evidence_and_a_session_without_any_is_none() {
         let out = tempfile::tempdir().expect("folder");
-        let row = |status, shift| EvidenceRow {
+        let row = |status, sensitivity| EvidenceRow {
             tyre: "front".into(),
             coefficient: "mf_d".into(),
             unit: "1".into(),
             status,
             value: 1.0,
             source: "own".into(),
-            shift,
+            sensitivity,
             source_value: Some(250.0),
             ..EvidenceRow::default()
         };

@@ -12,7 +12,7 @@ use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
 use crate::contract::rejection::{RejectionCode, Stage};
 
 use crate::pipeline::{Pipeline, Rejection};
-use crate::simulate::effects::Who;
+use crate::simulate::effects::SessionRef;
 use crate::store::objects::Location;
 use crate::store::objects::plain::plain;
 use crate::store::tables::names::is_plain;
@@ -54,7 +54,7 @@ impl BikeFile {
     /// The hash of all that goes into one of the bike's sessions besides the log: that of every session,
     /// with the channel map ([`Maps::hash_of`](crate::batch::Maps::hash_of)) and what the models take out of this one. A session
     /// that they leave alone keeps the hash.
-    pub fn hash_of(&self, pipeline: &Pipeline, who: &Who<'_>, map: &str) -> String {
+    pub fn hash_of(&self, pipeline: &Pipeline, who: &SessionRef<'_>, map: &str) -> String {
         let own = pipeline.models.as_ref().map(|models| models.text_of(who)).unwrap_or_default();
         if own.is_empty() && map.is_empty() {
             return self.pipeline_hash.clone();

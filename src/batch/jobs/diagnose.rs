@@ -9,12 +9,12 @@ use super::pooled::{self, OverAll};
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
+use crate::batch::store::finish_derived;
 use crate::batch::store::folder::Store;
 use crate::batch::store::kind;
 use crate::batch::store::kind::{CHANGES, Kind, SHARED, SHARED_PLACES};
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::mark;
-use crate::batch::store::settle;
 use crate::diagnose::reference::against::Against;
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::pipeline::{Input, Pipeline, Rejection};
@@ -22,10 +22,10 @@ use crate::report::{self, Pages};
 use crate::store::tables::rows::{CauseRow, DiagnosisRow, Provenance};
 use crate::store::tables::{file, registry};
 
-/// Diagnoses each session.
+/// Work of `roadbench diagnose`: the diagnosis of one session.
 #[derive(Debug, Default)]
 pub struct DiagnoseWork {
-    /// How.
+    /// Number of fault-free simulations, candidates and advice.
     pub settings: Settings,
 }
 
@@ -90,7 +90,7 @@ impl DiagnoseWork {
         match settings.nulls {
             0 | 8..=1000 => Ok(DiagnoseWork { settings }),
             nulls => Err(format!(
-                "{nulls}: fewer than 8 say nothing, more than 1000 nothing new; 0 only compares a motorcycle's rides"
+                "{nulls} fault-free simulations: give 8 to 1000, or 0 to compare only a motorcycle's rides"
             )),
         }
     }
@@ -143,11 +143,11 @@ impl DiagnoseWork {
 pub fn finish(store: &Store) -> Result<OverAll, Error> {
     empty::write(store.root(), &kind::DIAGNOSE)?;
     let copy = LocalCopy::of(store.root())?;
-    let over_all = settle::pooled(store.root(), &copy)?;
+    let over_all = finish_derived::pooled(store.root(), &copy)?;
     store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([SHARED, CHANGES, "report"])?;
-    settle::rescan(store.root(), &copy, &SHARED_PLACES)?;
+    finish_derived::rescan(store.root(), &copy, &SHARED_PLACES)?;
     match copy.is_whole() {
         true => store.clear_behind()?,
         false => mark::mark_out_of_date(store.root())?,

@@ -45,9 +45,9 @@ use crate::store::tables::rows::Rejected;
 /// Settings that all tasks share.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Terms {
-    /// The driver's roadbench.
+    /// Version of the driver's roadbench, which every worker must have.
     pub version: String,
-    /// The output folder.
+    /// Output folder, the same for all machines.
     pub out: Location,
     /// The pipeline, resolved, as TOML.
     pub pipeline: String,
@@ -86,7 +86,7 @@ pub struct Task {
     pub log: String,
     /// Its size, bytes.
     pub bytes: u64,
-    /// The session in it.
+    /// Id of the session in the log.
     pub session_id: String,
     /// Bike that it was ridden on.
     pub bike_id: String,
@@ -259,7 +259,7 @@ impl Driver {
                     None => Worker::new(self.terms.clone())?.run(self.task(job))?,
                     Some(holder) => Answer {
                         state: State::Rejected,
-                        rejected: Some(session::outrun(job, &self.store, &holder.log)?),
+                        rejected: Some(session::reject_rival(job, &self.store, &holder.log)?),
                         ..Answer::of(&job.log)
                     },
                 };
@@ -296,7 +296,7 @@ impl Driver {
         for job in logs() {
             let Some(answer) = by_log.remove(&job.log) else {
                 return Err(Error::Output(format!(
-                    "{}: no worker says what became of it; run again to go on",
+                    "{}: no worker returned a result of this log; run the same command again",
                     job.log
                 )));
             };
@@ -336,7 +336,11 @@ pub(crate) fn resolved(pipeline: &Pipeline) -> Result<String, Error> {
     let fail = |e: String| Error::Internal(format!("pipeline {}: {e}", pipeline.name));
     let text = toml::to_string(pipeline).map_err(|e| fail(e.to_string()))?;
     let back = Pipeline::parse(&text, &pipeline.name).map_err(|e| fail(e.to_string()))?;
-    if back == *pipeline { Ok(text) } else { Err(fail("its text says something else".into())) }
+    if back == *pipeline {
+        Ok(text)
+    } else {
+        Err(fail("its text does not read back as the same settings".into()))
+    }
 }
 
 /// A process that computes.

@@ -12,7 +12,7 @@ use crate::contract::rejection::{RejectionCode, Stage};
 use crate::diagnose::{self, Diagnosis};
 use crate::ingest::{self, Raw};
 use crate::pipeline::{self, Input, Pipeline, Rejection};
-use crate::simulate::effects::Who;
+use crate::simulate::effects::SessionRef;
 use crate::store::objects::Location;
 
 /// Where a session comes from.
@@ -99,7 +99,7 @@ fn with_input<T>(
         raw.meta.bike_id.clone_from(&bike.bike.bike_id);
     }
     let map = maps.hash_of(raw.map.as_deref());
-    let pipeline_hash = bike.hash_of(pipeline, &Who::from(&raw.meta), &map);
+    let pipeline_hash = bike.hash_of(pipeline, &SessionRef::from(&raw.meta), &map);
     then(raw, Input { log: at, maps: maps.list(), input_hash, pipeline_hash, signals: false })
 }
 

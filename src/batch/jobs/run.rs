@@ -6,12 +6,12 @@ use super::job_kind::JobKind;
 use super::work::{Output, Work, encoded};
 use crate::batch::error::Error;
 use crate::batch::store::empty;
+use crate::batch::store::finish_derived;
 use crate::batch::store::folder::Store;
 use crate::batch::store::kind;
 use crate::batch::store::kind::Kind;
 use crate::batch::store::local_copy::LocalCopy;
 use crate::batch::store::mark;
-use crate::batch::store::settle;
 use crate::contract::rejection::Stage;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::report::{self, Pages};
@@ -106,14 +106,14 @@ pub fn finish(
 ) -> Result<LocalCopy, Error> {
     empty::write(store.root(), &kind::RUN)?;
     let copy = LocalCopy::of(store.root())?;
-    settle::fleet(store.root(), &copy)?;
+    finish_derived::fleet(store.root(), &copy)?;
     store.let_readers_in()?;
     report::build(copy.folder(), pages, false)?;
     also(&copy)?;
     let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
     copy.publish(fleet.iter().copied().chain(["report"]))?;
     if copy.is_copy() {
-        settle::rescan(store.root(), &copy, &fleet)?; // it is there only now
+        finish_derived::rescan(store.root(), &copy, &fleet)?; // it is there only now
     }
     match copy.is_whole() {
         true => store.clear_behind()?,

@@ -23,7 +23,6 @@ use crate::store::tables::rows::{Ident, Rejected};
 /// Outcome of a log.
 #[derive(Debug)]
 pub(crate) enum Ended<R> {
-    /// Computed and written.
     Done {
         /// Hash of the log's bytes.
         input_hash: String,
@@ -32,13 +31,13 @@ pub(crate) enum Ended<R> {
         /// Result in addition to the files, if it is shown.
         result: Option<R>,
     },
-    /// Was there already, made from the same.
+    /// The output has the session, computed from the same inputs.
     Unchanged,
-    /// Not usable.
+    /// The log cannot be used.
     Rejected(Rejected),
 }
 
-/// Computes and writes a session, if it is not there.
+/// Computes and writes a session, unless it is up to date.
 ///
 /// # Errors
 /// The output cannot be written; all else is in [`Ended`].
@@ -56,7 +55,7 @@ pub(crate) fn run<W: Work>(
         store.remove_rejection(&job.log)?;
         return Ok(Ended::Unchanged);
     }
-    // what is computed is hashed again: hours may lie between the plan and its turn
+    // the log is hashed again: hours may have passed since the plan
     let stamp = Stamp::of(&job.location);
     let input_hash = match hash_file(&job.location) {
         Ok(hash) => hash,
@@ -90,7 +89,7 @@ pub(crate) fn run<W: Work>(
     });
     // what was read may be neither the old log nor the new one
     let output = match stamp.is_changed(&job.location, &input_hash) {
-        true => Err(changed(job, "its bytes are others now")),
+        true => Err(changed(job, "its bytes have changed")),
         false => output,
     };
     match output {
@@ -108,7 +107,7 @@ pub(crate) fn run<W: Work>(
     }
 }
 
-/// The session that was read must be the one that was identified: its files go there.
+/// Checks that the session that was read is the one that was planned, after which its files are named.
 fn same<R>(
     job: &Job,
     output: Output<R>,
@@ -125,7 +124,7 @@ fn same<R>(
         "it was session `{}` of `{}` when the run began, and is `{session_id}` of `{bike_id}` now",
         job.meta.session_id, job.meta.bike_id
     );
-    // asked once more, a log that nobody has touched says what it said then
+    // an unchanged log still identifies itself as the planned session
     match identify() {
         Ok(now) if is_planned(&now.meta.session_id, &now.meta.bike_id) => {}
         _ => return Err(changed(job, &how)),
@@ -143,10 +142,10 @@ fn same<R>(
     })
 }
 
-/// The rejection of a log that is not what it was.
+/// Rejection of a log that changed while it was read.
 fn changed(job: &Job, how: &str) -> Rejection {
     let message = format!(
-        "{} changed while it was read ({how}); the next run reads it again, best when nobody writes it",
+        "{} changed while it was read ({how}); run again when no program writes to it",
         job.log
     );
     Rejection { stage: Stage::Ingest, code: RejectionCode::Changed, message, limits: None }
@@ -166,13 +165,13 @@ impl Stamp {
         Stamp(meta.map(of))
     }
 
-    /// Whether a log has other bytes than it had; of one that is gone or cannot be read that is not known.
+    /// Whether the bytes of a log have changed; `false` if it is gone or cannot be read.
     fn is_changed(&self, log: &Location, hash: &str) -> bool {
         *self != Stamp::of(log) && hash_file(log).is_ok_and(|now| now != hash)
     }
 }
 
-/// Which file it is, and when it or its name were touched.
+/// Inode of a file, and the time of the last change of its bytes or name.
 #[cfg(unix)]
 fn identity(meta: &Metadata) -> [i64; 3] {
     use std::os::unix::fs::MetadataExt;
@@ -199,7 +198,7 @@ fn refuse<R>(
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
+pub(crate) fn reject_rival(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
     let hash = job.hash.clone().or_else(|| hash_file(&job.location).ok());
     let why = plan::same_session(&job.key(), holder);
     let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, hash);
@@ -207,13 +206,13 @@ pub(crate) fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected,
     Ok(row)
 }
 
-/// Writes a rejection; rows that the output has of this very log go, those of another log of the session, and of another ride than one
-/// that begins at `start`, stay.
+/// Writes a rejection. Rows that the output has from this log are removed. Rows from another log, or from a ride with
+/// another start than `start`, stay.
 ///
 /// # Errors
 /// The output cannot be written.
 pub(crate) fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
-    // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
+    // the session of a duplicate belongs to the log that was used; an unreachable log may be unchanged
     if let Some(key) = store.given_up(row, start) {
         store.remove(&key)?;
     }

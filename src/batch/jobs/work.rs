@@ -93,7 +93,6 @@ pub struct SessionFile {
     pub folder: &'static str,
     /// Extension, without the dot.
     pub extension: &'static str,
-    /// The whole content.
     pub bytes: Vec<u8>,
 }
 

@@ -69,12 +69,11 @@ pub enum Stale {
     Version,
     /// A table of it is missing, or not as it was written.
     Incomplete,
-    /// It was asked for, as it is of a log that is named alone.
+    /// The user asked for it, as with a log given by itself.
     Forced,
 }
 
 impl Stale {
-    /// In words.
     pub fn words(self) -> &'static str {
         match self {
             Stale::New => "new",
@@ -179,7 +178,6 @@ impl Contents {
         Ok(now)
     }
 
-    /// The output.
     pub fn root(&self) -> &Location {
         &self.root
     }
@@ -493,7 +491,7 @@ fn kept(at: Location, stamp: Stat, rows: Option<Vec<Committed>>) -> Option<(Loca
     match rows {
         Some(rows) => Some((at, Marker { stamp, rows })),
         None => {
-            tracing::warn!("{at}: not a table of commit markers; passed by");
+            tracing::warn!("{at}: not a table of commit markers; ignored");
             None
         }
     }
@@ -504,7 +502,7 @@ fn by_session(heads: Vec<(Location, Option<Staged>)>) -> BTreeMap<Key, (Location
     for (at, head) in heads {
         match head {
             Some(head) => _ = out.insert(head.key(), (at, head)),
-            None => tracing::warn!("{at}: not the tables of a session; passed by"),
+            None => tracing::warn!("{at}: not the tables of a session; ignored"),
         }
     }
     out

@@ -137,7 +137,7 @@ impl Store {
         if let Some(e) = store.take_error() {
             tracing::warn!("{e}");
         }
-        store.release(); // what is made over all sessions follows: see `settle`
+        store.release(); // what is made over all sessions follows: see `finish_derived`
         Ok(store)
     }
 
@@ -169,7 +169,7 @@ impl Store {
         &self.found
     }
 
-    /// The folder.
+    /// Output folder or URL.
     pub fn root(&self) -> &Location {
         self.found.root()
     }
@@ -475,7 +475,7 @@ fn remove_temporaries(root: &Location) -> Result<(), Error> {
             let is_held = std::fs::File::open(entry.path())
                 .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)));
             if !is_held {
-                tracing::debug!("removing {}, left by who was killed", entry.path().display());
+                tracing::debug!("removing {}, which a killed run left", entry.path().display());
                 remove(&entry.path().into())?;
             }
         }

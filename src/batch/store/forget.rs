@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::contents::Contents;
+use super::finish_derived;
 use super::kind::{self, Kind};
 use super::mark;
 use super::marker::Key;
-use super::settle;
 use crate::batch::error::Error;
 use crate::batch::jobs::{diagnose, run};
 use crate::batch::store::folder::Store;
@@ -16,9 +16,8 @@ use crate::store::objects::Location;
 use crate::store::tables::read;
 use crate::store::tables::rows::Rejected;
 
-/// Which sessions.
 #[derive(Debug, Clone, Default)]
-pub struct Which {
+pub struct Selection {
     /// By id.
     pub sessions: Vec<String>,
     /// All of a motorcycle.
@@ -49,13 +48,13 @@ impl Forgotten {
 ///
 /// # Errors
 /// A name that the output has not, another roadbench is writing, or the output cannot be written.
-pub fn forget(out: &Location, which: &Which, for_good: bool) -> Result<Vec<Forgotten>, Error> {
+pub fn forget(out: &Location, which: &Selection, for_good: bool) -> Result<Vec<Forgotten>, Error> {
     mark::require(out)?;
     let is_carried_on = for_good && carry_on(out)?;
     let of_run = Contents::read(&kind::RUN, out)?;
     let of_diagnosis = Contents::read(&kind::DIAGNOSE, out)?;
     match known(&[&of_run, &of_diagnosis], which) {
-        Err(e) if is_carried_on => tracing::info!("{e}; a command that was killed has done it"),
+        Err(e) if is_carried_on => tracing::info!("{e}; a killed command has already removed it"),
         known => known?,
     }
     let mut found = BTreeSet::new();
@@ -99,11 +98,11 @@ fn carry_on(out: &Location) -> Result<bool, Error> {
             mark.exists().map_err(|e| Error::Output(format!("{mark}: {e}")))
         };
         if there.staged().next().is_some()
-            || out.as_path().is_some_and(settle::is_unfinished)
+            || out.as_path().is_some_and(finish_derived::is_unfinished)
             || is_behind()?
         {
             let _open = Store::open(kind, out)?; // takes in what waits
-            settle::after_kill(out)?;
+            finish_derived::after_kill(out)?;
             is_left = true;
         }
     }
@@ -114,7 +113,7 @@ fn carry_on(out: &Location) -> Result<bool, Error> {
 }
 
 /// Every name is one of the output's.
-fn known(contents: &[&Contents], which: &Which) -> Result<(), Error> {
+fn known(contents: &[&Contents], which: &Selection) -> Result<(), Error> {
     let rows = || contents.iter().flat_map(|c| c.sessions());
     let named = |what: &str, name: &String, all: BTreeSet<&str>| match all.contains(name.as_str()) {
         true => Ok(()),
@@ -144,8 +143,8 @@ impl Logs {
         let at = Location::parse(path).map_err(|e| Error::Output(e.to_string()))?;
         let gone = !at.exists().map_err(|e| {
             Error::Output(format!(
-                "whether {path} exists is unknown: {e}; nothing was forgotten. Make it readable, or give the sessions \
-                 by --session or --bike"
+                "cannot tell whether the log {path} exists: {e}; no session was removed. Make it \
+                 readable, or give the sessions by --session or --bike"
             ))
         })?;
         self.0.insert(path.to_owned(), gone);
@@ -158,8 +157,9 @@ impl Logs {
         let first = self.0.iter().find(|(_, gone)| **gone).map(|(path, _)| path);
         match first {
             Some(first) if 2 * gone > self.0.len() => Err(Error::Usage(format!(
-                "{gone} of the {} logs of this output are not there ({first}, ...): is their disk mounted, and is this \
-                 the folder in which `roadbench run` was started? If so, name them by --session or --bike",
+                "{gone} of the {} logs of this output do not exist ({first}, ...). Mount their \
+                 disk, or start this command in the folder of `roadbench run`. To remove these \
+                 sessions all the same, give them by --session or --bike",
                 self.0.len()
             ))),
             _ => Ok(()),
@@ -170,7 +170,7 @@ impl Logs {
 /// Rows of `rejected` whose log is gone, or that name a session or motorcycle that goes.
 fn rejections(
     out: &Location,
-    which: &Which,
+    which: &Selection,
     logs: &mut Logs,
 ) -> Result<Vec<(Location, Forgotten)>, Error> {
     let folder = out.join("rejected");

@@ -31,8 +31,8 @@ pub(crate) fn says(out: &Location, damaged: &BTreeSet<String>) -> Option<String>
         n => format!(" and {} more", n - 1),
     };
     Some(format!(
-        "{out}: {first}{more} missing or not as written, so that numbers in it may be others; the next run over the logs \
-         makes it good, `roadbench verify {out}` lists what is damaged"
+        "{out}: {first}{more} missing or damaged, so numbers read from it may be wrong; run over \
+         the logs again to repair it. `roadbench verify {out}` lists the damage"
     ))
 }
 

@@ -197,7 +197,6 @@ impl LocalCopy {
         intact::says(out, &self.left_out)
     }
 
-    /// The folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -236,8 +235,8 @@ impl LocalCopy {
 /// Says that a table is passed by.
 fn left_out(out: &Location, path: &str) {
     tracing::error!(
-        "{path} is missing or not as it was written: what is made of the tables is made without it; see \
-         `roadbench verify {out}`"
+        "{path} is missing or damaged: the report and the tables over all sessions are made \
+         without it; see `roadbench verify {out}`"
     );
 }
 

@@ -18,7 +18,6 @@ const MOMENT: &[u8] = b"for a moment";
 /// Held while a run writes.
 #[derive(Debug)]
 pub(crate) enum Lock {
-    /// Of a folder.
     File(File),
     /// Of a prefix in an object store.
     Lease(Lease),

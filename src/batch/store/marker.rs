@@ -14,14 +14,13 @@ use crate::store::objects::Location;
 /// Key of a session: two motorcycles may each have one with the same id.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key {
-    /// Its motorcycle.
     pub bike_id: String,
     /// Id of the session, unique per motorcycle.
     pub session_id: String,
 }
 
 impl Key {
-    /// From both.
+    /// Key of a motorcycle's session.
     pub fn new(bike_id: &str, session_id: &str) -> Self {
         Key { bike_id: bike_id.to_owned(), session_id: session_id.to_owned() }
     }
@@ -37,7 +36,7 @@ pub struct Committed {
     /// Name, without extension, of the files under its bike that have its rows: see
     /// [`parts`](super::parts).
     pub part: String,
-    /// The input as it was named then.
+    /// The input as the user gave it.
     pub path: String,
     /// Hash of the input's bytes.
     pub input_hash: String,

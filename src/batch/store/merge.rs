@@ -1,9 +1,9 @@
-//! Takes the sessions that wait ([`mod@staged`]) into the tables: each file of a motorcycle and month that they
-//! concern is written anew, whole, with its sessions in order of id; then all of them are put in place at once
+//! Merges staged sessions ([`mod@staged`]) into the tables. Each file of a motorcycle and month that has such sessions is
+//! written anew, with its sessions in order of id; then all of these files are put in place at once
 //! ([`mod@switch`](super::switch)).
 //!
-//! What waits is removed only when all of it is in: after a crash the next command does the same
-//! again. A file's bytes depend on the sessions in it only.
+//! Staged sessions are removed only when all are merged: after a crash the next command merges them again. A file's
+//! bytes depend only on the sessions in it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -30,35 +30,35 @@ use crate::store::tables::names::file_name;
 use crate::store::tables::registry::{Presence, TableSpec};
 use crate::store::tables::{arrow_stream, file, read};
 
-/// So many sessions of one motorcycle and month are in memory at once.
-const TOGETHER: usize = 500;
-/// So many of them are read together: they may hold time series.
-const READ: usize = 16;
+/// Largest number of sessions of one motorcycle and month that are in memory at once.
+const MAX_SESSIONS: usize = 500;
+/// Largest number of staged sessions that are read together: they may hold time series.
+const MAX_READ: usize = 16;
 
 /// Changes in the files of a motorcycle and month.
 #[derive(Debug, Default)]
 struct Group<'a> {
-    /// Sessions that go, or are replaced.
+    /// Ids of sessions to remove or replace.
     gone: BTreeSet<&'a str>,
-    /// Sessions that come, and their files.
+    /// Staged sessions to add, and their files.
     come: Vec<(&'a Location, &'a Staged)>,
 }
 
 /// A session's rows by table.
 type Rows = BTreeMap<&'static str, Vec<RecordBatch>>;
 
-/// A session that comes, and its rows.
-type Come<'a> = (&'a str, Rows);
+/// Id of a staged session, and its rows.
+type StagedRows<'a> = (&'a str, Rows);
 
-/// Whether the output is still ours to write.
+/// Check that this process still holds the lock of the output.
 pub(crate) type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 
-/// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until
-/// what is made over all sessions is there, too, and why a motorcycle's month could not be taken in: its sessions go on
-/// waiting.
+/// Merges all staged sessions; `check` is called before any file is put in place. The first result keeps readers out until
+/// the tables over all sessions are made. The second is the reason why a month of a motorcycle could not be merged: its
+/// sessions stay staged.
 ///
 /// # Errors
-/// The output cannot be written: what waits goes on waiting.
+/// The output cannot be written: all sessions stay staged.
 pub(crate) fn merge(
     there: &Contents,
     check: Check<'_>,
@@ -76,6 +76,9 @@ pub(crate) fn merge(
             groups.entry((&made.bike_id, &made.part)).or_default().come.push((at, staged));
         }
     }
+    for row in earlier(there) {
+        groups.entry(row).or_default();
+    }
     let mut list = Manifest::read(there.root());
     if !list.is_there {
         list = verify::adopt(there.root())?;
@@ -89,24 +92,28 @@ pub(crate) fn merge(
         .map(|((bike_id, part), Group { gone, come })| {
             let files = Files { there, check, bike_id, part, next: &next };
             let mut changes = Changes::new();
-            // what comes with a later part of it stays until then
+            // sessions that a later chunk replaces stay until then
             let mut first = gone.clone();
-            for (_, staged) in come.iter().skip(TOGETHER) {
+            for (_, staged) in come.iter().skip(MAX_SESSIONS) {
                 first.remove(staged.session_id.as_str());
             }
-            let mut chunks = come.chunks(TOGETHER);
-            files.take(&first, chunks.next().unwrap_or_default(), &mut changes)?;
-            chunks.try_for_each(|some| files.take(&BTreeSet::new(), some, &mut changes))?;
+            let mut chunks = come.chunks(MAX_SESSIONS);
+            files.merge_chunk(&first, chunks.next().unwrap_or_default(), &mut changes)?;
+            chunks.try_for_each(|some| files.merge_chunk(&BTreeSet::new(), some, &mut changes))?;
             Ok(changes)
         })
         .collect();
-    // what could not be taken in waits on, the rest is in
+    // groups that could not be merged stay staged, the others are merged
     let mut wait_on: BTreeSet<Key> = BTreeSet::new();
     let mut changes = Changes::new();
     let mut failed = None;
     for (((bike_id, _), Group { gone, come }), merged) in groups.iter().zip(merged) {
         match merged {
             Ok(some) => changes.extend(some),
+            // nothing of it was to change but names
+            Err(e) if gone.is_empty() && come.is_empty() => {
+                tracing::warn!("{bike_id}: a month keeps the columns of an earlier version: {e}");
+            }
             Err(e) => {
                 wait_on.extend(gone.iter().map(|id| Key::new(bike_id, id)));
                 wait_on.extend(come.iter().map(|(_, staged)| staged.key()));
@@ -136,6 +143,23 @@ struct Files<'a> {
     next: &'a Next<'a>,
 }
 
+/// Months whose tables are of an earlier version: they are written in that of today with the others, so that readers who
+/// know of no versions find one set of columns. In an object store they stay as they are until a session of them changes.
+fn earlier(there: &Contents) -> BTreeSet<(&str, &str)> {
+    let is_renamed = |spec: &&TableSpec| parts::shares(spec) && spec.table().version > 1;
+    let renamed: Vec<&TableSpec> = there.kind.tables().filter(is_renamed).collect();
+    let is_earlier = |(bike, part): &(&str, &str)| {
+        renamed.iter().any(|spec| {
+            let at = there.file(spec.name, "parquet", bike, part);
+            let file = at.as_path().and_then(|path| std::fs::File::open(path).ok());
+            file.is_some_and(|file| read::is_earlier(spec, file))
+        })
+    };
+    let months: BTreeSet<(&str, &str)> =
+        there.taken_in().map(|row| (row.bike_id.as_str(), row.part.as_str())).collect();
+    months.into_par_iter().filter(is_earlier).collect()
+}
+
 /// The files that a merge may change, as the list of checksums has them.
 fn concerned(
     there: &Contents,
@@ -162,9 +186,9 @@ fn concerned(
 }
 
 impl Files<'_> {
-    /// Takes some sessions in, and those that are gone out: table by table, so that one is in memory at a time beside the
-    /// rows that come. What is written is not in place yet: where a later table cannot be read none of it will be.
-    fn take(
+    /// Adds some sessions and removes others, table by table, so that only one table and the new rows are in memory. The
+    /// files are not put in place yet: if a later table cannot be read, none of them is.
+    fn merge_chunk(
         &self,
         gone: &BTreeSet<&str>,
         come: &[(&Location, &Staged)],
@@ -179,10 +203,10 @@ impl Files<'_> {
         // one that could not be read stays as it was
         come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
         replaced.extend(new.iter().map(|(id, _)| *id));
-        // rows whose commit marker somebody has removed are nobody's
+        // rows without a commit marker belong to no session
         let marker = match self.sessions(kind.marker, &replaced, changes) {
             Ok(marker) => marker,
-            // the markers are damaged: that costs nothing where every session of theirs comes anew
+            // damaged markers do not matter if all their sessions are replaced
             Err(_) if self.others(&tables, &replaced, changes)?.is_empty() => BTreeMap::new(),
             Err(e) => return Err(e),
         };
@@ -191,7 +215,7 @@ impl Files<'_> {
         for spec in tables {
             let at = self.at(spec);
             self.refuse_newer(spec, &at, changes)?;
-            // where nothing is kept it does not matter what is there
+            // if no session is kept, the existing file need not be read
             let mut rows = match kept.is_empty() {
                 true => BTreeMap::new(),
                 false => self.sessions(spec, &replaced, changes)?,
@@ -203,7 +227,7 @@ impl Files<'_> {
                 && rows.is_empty()
                 && self.read(&at, changes)?.is_none();
             if spec.is(kind.marker) && is_lost {
-                // a table of the month was removed: those that are not computed now are so next time
+                // a table of the month is missing: the next run computes its other sessions
                 for batches in rows.values_mut() {
                     *batches = batches.iter().map(without_input).collect::<Result<_, _>>()?;
                 }
@@ -212,7 +236,7 @@ impl Files<'_> {
                 let batches = of_session.remove(spec.name).unwrap_or_default();
                 rows.entry((*id).to_owned()).or_default().extend(batches);
             }
-            // a batch per session, however its rows were read: the file's bytes must not tell
+            // one batch per session, so that the file's bytes do not depend on how its rows were read
             let schema = spec.table().arrow();
             let whole = |some: Vec<RecordBatch>| match <[RecordBatch; 1]>::try_from(some) {
                 Ok([batch]) => Ok(batch),
@@ -251,23 +275,25 @@ impl Files<'_> {
         Ok(ids)
     }
 
-    /// Reads what comes; files of their own are written at once, for they may be large. What cannot be read is
-    /// removed: the session is as it was, and is computed by the next run.
+    /// Reads the staged sessions. Files that a session has for itself are written at once, as they may be large. A staged
+    /// session that cannot be read is removed: the next run computes it.
     fn come<'a>(
         &self,
         tables: &[&'static TableSpec],
         come: &[(&Location, &'a Staged)],
         changes: &mut Changes,
-    ) -> Result<Vec<Come<'a>>, Error> {
-        let mut new: Vec<Come<'a>> = Vec::with_capacity(come.len());
-        for some in come.chunks(READ) {
+    ) -> Result<Vec<StagedRows<'a>>, Error> {
+        let mut new: Vec<StagedRows<'a>> = Vec::with_capacity(come.len());
+        for some in come.chunks(MAX_READ) {
             let files: Vec<&Location> = some.iter().map(|(at, _)| *at).collect();
             for ((at, staged), bytes) in some.iter().zip(read_many(&files)) {
                 let bytes = bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?;
                 match self.session(tables, &staged.session_id, bytes, changes)? {
                     Ok(rows) => new.push((&staged.session_id, rows)),
                     Err(e) => {
-                        tracing::error!("{at}: {e}; removed, the next run computes the session");
+                        tracing::error!(
+                            "{at}: {e}; the file was removed, and the next run computes the session"
+                        );
                         remove(at)?;
                     }
                 }
@@ -311,7 +337,7 @@ impl Files<'_> {
         Ok(Ok(rows))
     }
 
-    /// A table of a newer roadbench has what this one does not know, and would lose it.
+    /// Refuses a table of a newer roadbench: this one would lose columns that it does not know.
     fn refuse_newer(
         &self,
         spec: &TableSpec,
@@ -338,7 +364,7 @@ impl Files<'_> {
         path.ok_or_else(|| Error::Internal(format!("{at} is not in the output")))
     }
 
-    /// Reads what is there of a table; not what another hand or a bad disk made of it.
+    /// Reads a table of the output; a table whose checksum is wrong is refused.
     fn read(&self, at: &Location, changes: &Changes) -> Result<Option<Vec<u8>>, Error> {
         let path = self.path(at)?;
         let Some(place) = self.next.place(&path, changes) else { return Ok(None) };
@@ -348,16 +374,16 @@ impl Files<'_> {
         };
         match self.next.checksum(&path, changes) {
             Some(sum) if manifest::checksum(&bytes) != sum => Err(Error::Output(format!(
-                "{at} is not as it was written (a bad disk, or another program), and has sessions whose logs are not \
-                 among these; sessions of its month wait. Restore it from a backup, run over all logs, or let \
-                 `roadbench verify {} --mend --lose` give up its rows",
+                "{at} is damaged (a bad disk, or another program), and has sessions whose logs are \
+                 not among the inputs; new sessions of its month wait. Restore it from a backup, \
+                 run over all logs, or remove its rows with `roadbench verify {} --mend --lose`",
                 self.there.root()
             ))),
             _ => Ok(Some(bytes)),
         }
     }
 
-    /// The rows that a file has, but for some sessions', session by session; none where there is no file.
+    /// Rows of a file by session, without those of some sessions; empty if there is no file.
     fn sessions(
         &self,
         spec: &TableSpec,
@@ -405,16 +431,16 @@ fn without_input(batch: &RecordBatch) -> Result<RecordBatch, Error> {
 fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatch>, Error> {
     of_today(spec, bytes).map_err(|e| {
         Error::Output(format!(
-            "cannot read {at}: {e}; restore it from a backup, or let `roadbench verify OUT --mend` remove it and run again: \
-             its sessions are then computed anew"
+            "cannot read {at}: {e}; restore it from a backup, or remove it with `roadbench verify \
+             OUT --mend` and run again to compute its sessions"
         ))
     })
 }
 
-/// The batches of a table in its schema of today.
+/// The batches of a table in its current schema.
 ///
 /// # Errors
-/// It is no such table.
+/// The columns are those of another table.
 pub(crate) fn of_today(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, Mismatch> {
     conform(spec, &read::batches_of(bytes)?)
 }
@@ -423,7 +449,7 @@ fn conform(spec: &TableSpec, batches: &[RecordBatch]) -> Result<Vec<RecordBatch>
     batches.iter().map(|batch| file::typed(spec.table(), batch)).collect()
 }
 
-/// The files of their own that sessions had and have no more.
+/// Files of single sessions that the sessions no longer have.
 fn own_files_gone(
     there: &Contents,
     list: &Manifest,
@@ -448,7 +474,7 @@ fn own_files_gone(
         })
     });
     let gone = all.filter(|at| !has.contains(at) && there.may_have(at));
-    // of a folder nothing was listed, and to remove what is not there is a system call for each
+    // folders are not listed; the removal of an absent file costs a system call
     let paths = gone.filter_map(|at| Some((manifest::below(there.root(), &at)?, at)));
     let is_there = |(path, at): &(String, Location)| {
         at.as_path().is_none_or(Path::exists) || list.of(path).is_some()

@@ -24,7 +24,7 @@
 //! | [`mod@staged`] | a session that waits |
 //! | [`mod@merge`] | from staged to committed |
 //! | [`mod@switch`] | from committed to switched |
-//! | [`settle`] | from switched to behind |
+//! | [`finish_derived`] | from switched to behind: writes the tables over all sessions |
 //! | [`reading`] | the reader's side |
 //! | [`manifest`] | checksums of what is in place |
 //! | [`intact`] | numbers of a table that is not as it was written go to nobody |
@@ -34,6 +34,7 @@
 
 pub(crate) mod contents;
 pub(crate) mod empty;
+pub(crate) mod finish_derived;
 pub(crate) mod folder;
 pub(crate) mod forget;
 pub(crate) mod intact;
@@ -47,7 +48,6 @@ pub(crate) mod merge;
 pub(crate) mod migrate;
 pub(crate) mod parts;
 pub(crate) mod reading;
-pub(crate) mod settle;
 pub(crate) mod staged;
 pub(crate) mod superseded;
 pub(crate) mod switch;
@@ -67,7 +67,9 @@ mod tests {
         for mark in of_kinds.chain(marks).chain([crate::store::tables::registry::LOCK]) {
             assert!(page.contains(mark), "store.md lacks {mark}");
         }
-        for file in ["mark", "lock", "staged", "merge", "switch", "settle", "reading", "manifest"] {
+        for file in
+            ["mark", "lock", "staged", "merge", "switch", "finish_derived", "reading", "manifest"]
+        {
             assert!(page.contains(&format!("`{file}.rs`")), "store.md lacks {file}.rs");
         }
     }

@@ -4,10 +4,10 @@ use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use super::finish_derived;
 use super::intact;
 use super::lock::Lock;
 use super::mark;
-use super::settle;
 use super::switch::{LOCK, PATIENCE};
 use crate::batch::error::Error;
 use crate::store::objects::files::open_file;
@@ -33,14 +33,14 @@ impl Reading {
                     tracing::debug!("{LOCK}: {e}");
                 }
             }
-            if !settle::is_unfinished(out) {
+            if !finish_derived::is_unfinished(out) {
                 return Ok(Reading(Some(file)));
             }
             // the process that switches waits for this one, or was killed
             match Lock::take_over(&out.into()) {
                 Ok(_held) => {
                     drop(file);
-                    settle::after_kill(&out.into())?;
+                    finish_derived::after_kill(&out.into())?;
                 }
                 Err(Error::Usage(_)) if start.elapsed() < PATIENCE => {
                     drop(file);

@@ -32,7 +32,6 @@ const KEY: &str = "roadbench.staged";
 /// Session of staged files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Staged {
-    /// Its motorcycle.
     pub bike_id: String,
     /// Id of the session, unique per motorcycle.
     pub session_id: String,
@@ -109,14 +108,14 @@ pub(crate) fn files(bytes: Bytes) -> Result<Files, Mismatch> {
         let content = batch.column_by_name("content").and_then(|c| c.as_binary_opt::<i64>());
         let columns = (text("folder"), text("extension"), content);
         let (Some(folder), Some(extension), Some(content)) = columns else {
-            return Err(Mismatch::from("its columns are others".to_owned()));
+            return Err(Mismatch::from("it lacks the columns of a staged session".to_owned()));
         };
         // what an earlier version left has none
         let sums = text("checksum");
         for i in 0..batch.num_rows() {
             let content = Bytes::copy_from_slice(content.value(i));
             if sums.is_some_and(|sums| sums.value(i) != checksum(&content)) {
-                return Err(Mismatch::from(format!("{}: not as it was written", folder.value(i))));
+                return Err(Mismatch::from(format!("{}: the checksum is wrong", folder.value(i))));
             }
             files.insert(folder.value(i).to_owned(), (extension.value(i).to_owned(), content));
         }

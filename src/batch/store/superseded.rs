@@ -78,7 +78,7 @@ fn session_of(
 }
 
 /// The session that an unreadable log was when it could still be read: the last one that was made from this very path, if
-/// it is named like the file.
+/// its name is the file's.
 fn made_from(log: &str, found: &Contents) -> Option<Key> {
     let stem = std::path::Path::new(log).file_stem()?.to_str()?;
     let rows = found.made_from(log).iter().flat_map(|key| found.of(key));

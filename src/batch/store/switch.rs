@@ -69,14 +69,18 @@ fn wait(file: File, out: &Path) -> Option<File> {
             }
             Err(TryLockError::WouldBlock) if start.elapsed() > PATIENCE => {
                 tracing::warn!(
-                    "{}: somebody has been reading the tables for ten minutes; they are replaced all the same",
+                    "{}: another program has been reading the tables for ten minutes; they are \
+                     replaced all the same",
                     out.display()
                 );
                 return None;
             }
             Err(TryLockError::WouldBlock) => {
                 if !is_told {
-                    tracing::info!("{}: waiting for who reads the tables", out.display());
+                    tracing::info!(
+                        "{}: waiting for another program that reads the tables",
+                        out.display()
+                    );
                     is_told = true;
                 }
                 std::thread::sleep(Duration::from_millis(20));
@@ -213,7 +217,7 @@ impl<'a> Next<'a> {
         }
         let Some(out) = self.root.as_path() else {
             self.list.write(self.root)?;
-            let fail = |e| Error::Output(format!("cannot remove what was taken in: {e}"));
+            let fail = |e| Error::Output(format!("cannot remove the merged sessions: {e}"));
             return remove_many(then_remove).map_err(fail).map(|()| None);
         };
         self.list.write(&out.join(NEXT).into())?;

@@ -26,7 +26,7 @@ use crate::store::tables::registry::{Scope, TableSpec};
 
 /// Kind of a finding on a file or a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Wrong {
+pub enum FindingKind {
     /// A file has other bytes than were written.
     Changed,
     /// A file is not there any more.
@@ -51,27 +51,27 @@ pub enum Wrong {
     LogChanged,
 }
 
-impl Wrong {
+impl FindingKind {
     /// As it is printed.
     pub fn name(self) -> &'static str {
         match self {
-            Wrong::Changed => "changed",
-            Wrong::Missing => "missing",
-            Wrong::Unreadable => "unreadable",
-            Wrong::Orphan => "orphan",
-            Wrong::Foreign => "foreign",
-            Wrong::OrphanRows => "orphan_rows",
-            Wrong::LeftOver => "left_over",
-            Wrong::Waiting => "waiting",
-            Wrong::LogMissing => "log_missing",
-            Wrong::LogUnreadable => "log_unreadable",
-            Wrong::LogChanged => "log_changed",
+            FindingKind::Changed => "changed",
+            FindingKind::Missing => "missing",
+            FindingKind::Unreadable => "unreadable",
+            FindingKind::Orphan => "orphan",
+            FindingKind::Foreign => "foreign",
+            FindingKind::OrphanRows => "orphan_rows",
+            FindingKind::LeftOver => "left_over",
+            FindingKind::Waiting => "waiting",
+            FindingKind::LogMissing => "log_missing",
+            FindingKind::LogUnreadable => "log_unreadable",
+            FindingKind::LogChanged => "log_changed",
         }
     }
 
     /// Whether the output is damaged; else a run, or nobody, has to do something about it.
     pub fn is_damage(self) -> bool {
-        use Wrong::{Changed, Missing, Orphan, OrphanRows, Unreadable};
+        use FindingKind::{Changed, Missing, Orphan, OrphanRows, Unreadable};
         matches!(self, Changed | Missing | Unreadable | Orphan | OrphanRows)
     }
 }
@@ -80,7 +80,7 @@ impl Wrong {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Finding {
     /// Kind of the finding.
-    pub wrong: Wrong,
+    pub wrong: FindingKind,
     /// The file below the output, or the log.
     pub place: String,
     /// The rest, in words; may be empty.
@@ -144,10 +144,10 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     let mut missing = BTreeSet::new();
     for finding in &found.findings {
         // a table with rows too many has good ones, too: the next change of its month drops the others
-        let stays = finding.wrong == Wrong::OrphanRows;
-        if finding.wrong == Wrong::Missing {
+        let stays = finding.wrong == FindingKind::OrphanRows;
+        if finding.wrong == FindingKind::Missing {
             missing.insert(finding.place.clone());
-        } else if (finding.wrong.is_damage() && !stays) || finding.wrong == Wrong::LeftOver {
+        } else if (finding.wrong.is_damage() && !stays) || finding.wrong == FindingKind::LeftOver {
             removed.insert(finding.place.clone());
         }
     }
@@ -166,7 +166,8 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     }
     removed.retain(|path| !kept.contains_key(path));
     // what stays on the list is made again by the next run; no run makes again what was given up, or was nobody's
-    let orphans = found.findings.iter().filter(|f| f.wrong == Wrong::Orphan).map(|f| &f.place);
+    let orphans =
+        found.findings.iter().filter(|f| f.wrong == FindingKind::Orphan).map(|f| &f.place);
     if list.is_there {
         list.unlist(given_up.iter().chain(orphans).map(String::as_str));
         list.write(out)?; // else the next run makes one
@@ -264,7 +265,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
             let name = entry.key.rsplit('/').next().unwrap_or_default();
             if name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1) {
                 findings.push(Finding {
-                    wrong: Wrong::LeftOver,
+                    wrong: FindingKind::LeftOver,
                     place: path,
                     detail: String::new(),
                 });
@@ -275,7 +276,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
     }
     let lacks = list.files().filter(|(path, _)| !paths.contains(*path));
     findings.extend(lacks.map(|(path, _)| Finding {
-        wrong: Wrong::Missing,
+        wrong: FindingKind::Missing,
         place: path.to_owned(),
         detail: String::new(),
     }));
@@ -287,7 +288,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
     findings.extend(looked.into_iter().flatten());
     let of_report = out.as_path().and_then(report::damaged).unwrap_or_default();
     findings.extend(of_report.into_iter().map(|(name, is_there)| Finding {
-        wrong: if is_there { Wrong::Changed } else { Wrong::Missing },
+        wrong: if is_there { FindingKind::Changed } else { FindingKind::Missing },
         place: format!("report/{name}"),
         detail: "the next run writes it again".to_owned(),
     }));
@@ -299,7 +300,11 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
         let waits = there.staged().count();
         if waits > 0 {
             let detail = format!("{waits} sessions; the next run takes them in");
-            findings.push(Finding { wrong: Wrong::Waiting, place: kind.staged.to_owned(), detail });
+            findings.push(Finding {
+                wrong: FindingKind::Waiting,
+                place: kind.staged.to_owned(),
+                detail,
+            });
         }
         for row in there.taken_in() {
             let hashes: &mut BTreeSet<String> = of_log.entry(row.path.clone()).or_default();
@@ -316,7 +321,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
             let another = hashes.len() - found.len() > 0;
             found.into_iter().next().map(|finding| match another {
                 true => Finding {
-                    wrong: Wrong::LogMissing,
+                    wrong: FindingKind::LogMissing,
                     detail: "another ride has its name now; the session stays".to_owned(),
                     ..finding
                 },
@@ -325,8 +330,11 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
         };
         findings.extend(all.par_iter().filter_map(look).collect::<Vec<_>>());
     }
-    let foreign: BTreeSet<&str> =
-        findings.iter().filter(|f| f.wrong == Wrong::Foreign).map(|f| f.place.as_str()).collect();
+    let foreign: BTreeSet<&str> = findings
+        .iter()
+        .filter(|f| f.wrong == FindingKind::Foreign)
+        .map(|f| f.place.as_str())
+        .collect();
     let has_none = |p: &&&String| has_checksum(p) && list.of(p).is_none();
     done.unlisted = files.iter().filter(has_none).filter(|p| !foreign.contains(p.as_str())).count();
     findings.sort();
@@ -340,11 +348,11 @@ fn file(out: &Location, path: &str, sum: Option<&str>) -> Option<Finding> {
     let finding = |wrong, detail| Some(Finding { wrong, place: path.to_owned(), detail });
     let bytes = match out.join(path).read() {
         Ok(bytes) => bytes,
-        Err(e) => return finding(Wrong::Unreadable, e.to_string()),
+        Err(e) => return finding(FindingKind::Unreadable, e.to_string()),
     };
     match sum {
         Some(sum) if checksum(&bytes) == sum => None,
-        Some(_) => finding(Wrong::Changed, "not what was written".to_owned()),
+        Some(_) => finding(FindingKind::Changed, "the bytes are not those written".to_owned()),
         None => {
             let folder = path.split('/').next().unwrap_or_default();
             let bytes = Bytes::from(bytes);
@@ -356,12 +364,14 @@ fn file(out: &Location, path: &str, sum: Option<&str>) -> Option<Finding> {
                 // a table of ours whose pages are damaged
                 (true, _) if path.ends_with(".parquet") => match read::batches_of(bytes) {
                     Ok(_) => None,
-                    Err(e) => finding(Wrong::Unreadable, e.to_string()),
+                    Err(e) => finding(FindingKind::Unreadable, e.to_string()),
                 },
                 (true, _) => None,
-                (false, true) => finding(Wrong::Unreadable, "it is no table".to_owned()),
+                (false, true) => {
+                    finding(FindingKind::Unreadable, "it cannot be read as a table".to_owned())
+                }
                 (false, false) => {
-                    finding(Wrong::Foreign, "roadbench did not write it; it stays".to_owned())
+                    finding(FindingKind::Foreign, "roadbench did not write it; it stays".to_owned())
                 }
             }
         }
@@ -413,7 +423,7 @@ fn rows(
                 true if !damaged.contains(&path) => work.push((spec, path)),
                 // one that is on the list is reported already
                 false if always && !damaged.contains(&path) => findings.push(Finding {
-                    wrong: Wrong::Missing,
+                    wrong: FindingKind::Missing,
                     place: path,
                     detail: "the next run computes its sessions again".to_owned(),
                 }),
@@ -428,7 +438,7 @@ fn rows(
                 rest.and_then(|r| r.split_once('/')).is_some_and(|key| parts_of.contains_key(&key));
             if !known && !path.contains("bike=_") && !damaged.contains(path) {
                 let detail = "no session of that motorcycle and month is in the output".to_owned();
-                findings.push(Finding { wrong: Wrong::Orphan, place: path.clone(), detail });
+                findings.push(Finding { wrong: FindingKind::Orphan, place: path.clone(), detail });
             }
         }
     }
@@ -441,7 +451,7 @@ fn rows(
         let [first, ..] = strange[..] else { return None };
         let detail =
             format!("rows of {} sessions that are not in the output ({first})", strange.len());
-        Some(Finding { wrong: Wrong::OrphanRows, place: path.clone(), detail })
+        Some(Finding { wrong: FindingKind::OrphanRows, place: path.clone(), detail })
     };
     findings.extend(work.par_iter().filter_map(look).collect::<Vec<_>>());
     findings
@@ -455,7 +465,7 @@ fn ids(at: &Location) -> Result<BTreeSet<String>, Mismatch> {
         let column = batch.column_by_name("session_id").ok_or("no session_id")?;
         let texts = arrow::compute::cast(column, &arrow::datatypes::DataType::Utf8)
             .map_err(|e| Mismatch::from(e.to_string()))?;
-        let texts = texts.as_string_opt::<i32>().ok_or("session_id is no text")?;
+        let texts = texts.as_string_opt::<i32>().ok_or("session_id is not text")?;
         let mut last = "";
         for id in texts.iter().flatten() {
             if id != last {
@@ -475,13 +485,13 @@ fn log(path: &str, hash: &str) -> Option<Finding> {
     let at = Location::parse(path).ok()?;
     match at.exists() {
         Ok(false) => {
-            finding(Wrong::LogMissing, "the session stays; `forget --missing` takes it out")
+            finding(FindingKind::LogMissing, "the session stays; `forget --missing` removes it")
         }
         _ => match hash_file(&at) {
             Ok(now) if now == hash => None,
-            Ok(_) => finding(Wrong::LogChanged, "the next run computes it again"),
+            Ok(_) => finding(FindingKind::LogChanged, "the next run computes it again"),
             Err(e) => finding(
-                Wrong::LogUnreadable,
+                FindingKind::LogUnreadable,
                 &format!("{e}; the session stays, and the next run tries to read it"),
             ),
         },

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::threads;
 use super::watch::{Finished, State, Watch};
-use crate::batch::discover::{Found, inputs};
+use crate::batch::discover::{DiscoveredLog, inputs};
 use crate::batch::error::Error;
 use crate::batch::jobs::session;
 use crate::batch::jobs::session::Ended;
@@ -21,7 +21,7 @@ use crate::batch::settings::Settings;
 use crate::batch::store::contents::{Contents, Stale};
 use crate::batch::store::folder::Store;
 use crate::batch::store::marker::{Committed, Key};
-use crate::batch::store::{settle, superseded};
+use crate::batch::store::{finish_derived, superseded};
 use crate::pipeline::Rejection;
 use crate::store::objects::Location;
 use crate::store::tables::rows::Rejected;
@@ -29,26 +29,26 @@ use crate::store::tables::rows::Rejected;
 /// Outcomes of a batch's inputs, counted.
 #[derive(Debug, Default)]
 pub struct Accounts {
-    /// Inputs found.
+    /// Number of inputs.
     pub inputs: usize,
-    /// The sessions that came through.
+    /// Sessions that were computed or up to date.
     pub sessions: BTreeSet<Key>,
-    /// Computed and written.
+    /// Number of sessions that were computed and written.
     pub done: usize,
-    /// Were there already.
+    /// Number of sessions that were up to date.
     pub unchanged: usize,
-    /// Not usable, in order of path.
+    /// Rejected inputs, in order of path.
     pub rejected: Vec<Rejected>,
-    /// Not begun, because the batch was stopped.
+    /// Number of inputs that were not begun because the batch was stopped.
     pub left: usize,
     /// Size of all logs, bytes.
     pub bytes: u64,
-    /// Why some of the sessions are not in the tables yet: a damaged table, and what to do about it.
+    /// Message if some sessions are not in the tables yet: the damaged table, and what to do.
     pub damage: Option<String>,
 }
 
 impl Accounts {
-    /// Every input must have become something.
+    /// Checks that every input is counted exactly once.
     fn check(&self, is_stopped: bool) -> Result<(), Error> {
         let all = self.sessions.len() + self.rejected.len() + self.left;
         if all == self.inputs && (self.left == 0 || is_stopped) {
@@ -64,7 +64,7 @@ impl Accounts {
     }
 }
 
-/// [`run_if`], whatever the inputs are.
+/// [`run_if`] without a check of the inputs.
 ///
 /// # Errors
 /// As [`run_if`].
@@ -90,7 +90,7 @@ pub(crate) fn run_if<W: Work>(
     work: &W,
     watch: &impl Watch<W::Result>,
     stop: &AtomicBool,
-    check: impl FnOnce(&[Found], &Location) -> Result<(), Error>,
+    check: impl FnOnce(&[DiscoveredLog], &Location) -> Result<(), Error>,
 ) -> Result<(Accounts, Store), Error> {
     let (found, bikes) = inputs(settings)?;
     check(&found, &bikes)?;
@@ -101,7 +101,7 @@ pub(crate) fn run_if<W: Work>(
     let plan = within(&pool, || plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
-    settle::after_kill(settings.out)?;
+    finish_derived::after_kill(settings.out)?;
     let logs = names(&plan);
     watch.planned(&logs, bytes);
     let logs: BTreeSet<String> = logs.into_iter().collect();
@@ -135,14 +135,14 @@ pub(crate) fn run_if<W: Work>(
     accounts.check(stop.load(Ordering::Relaxed))?;
     within(&pool, || store.merge())?;
     accounts.damage = within(&pool, || damage(&store));
-    // older logs that are passed by are there, too
+    // with `--since` older logs exist although they are not among the inputs
     if settings.since.is_none() {
         store.remove_rejections_of_gone(settings.inputs, &logs)?;
     }
     Ok((accounts, store))
 }
 
-/// Why the tables are not whole: sessions that could not be taken in, or damage that no log of this batch makes good.
+/// Message if the tables are incomplete: sessions that could not be merged, or damage that no log of this batch repairs.
 pub(crate) fn damage(store: &Store) -> Option<String> {
     if let Some(e) = store.take_error() {
         return Some(e.to_string());
@@ -153,12 +153,13 @@ pub(crate) fn damage(store: &Store) -> Option<String> {
         if left.len() == 1 { String::new() } else { format!(" and {} more", left.len() - 1) };
     let out = store.root();
     Some(format!(
-        "{out}: {first}{more} missing or not as written, with sessions whose logs are not among these; run over all logs, \
-         restore the files from a backup, or see `roadbench verify {out}`"
+        "{out}: {first}{more} missing or damaged, with sessions whose logs are not among the \
+         inputs; run over all logs, restore the files from a backup, or see `roadbench verify \
+         {out}`"
     ))
 }
 
-/// Does something in a pool, or in this thread.
+/// Runs a closure in a pool, or in this thread if there is none.
 fn within<T: Send>(pool: &Option<rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
     match pool {
         Some(pool) => pool.install(work),
@@ -218,11 +219,11 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
     let force = settings.force || found.len() == 1; // as `run` does
     let there = Contents::read(work.kind(), settings.out)?.with_damage();
     let Plan { jobs, refused } = plan::plan(found, &bikes, &there, settings, work)?;
-    // a rejected log begins at no known time
+    // the start of a rejected log is unknown
     let refused = refused.into_iter().map(|r| {
         let gone = superseded::with_rejected(&r.row, &there, |_| false);
         Intended {
-            why: r.row.message.clone() + &going(gone),
+            why: r.row.message.clone() + &removal_text(gone),
             log: r.row.path,
             session_id: r.row.session_id,
             state: State::Rejected,
@@ -246,7 +247,7 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
                 && !bytes.contains(&there.input_hash)
         };
         let archived = |hash: &str| there.of(&job.key()).iter().find(|row| is_archived(row, hash));
-        // of what the log was before, the sessions that no other log gives
+        // sessions of the log's earlier content that no other log gives
         let was_before = |made: &Committed| {
             let others = superseded::by(made, &there, |row| is_archived(row, &made.input_hash));
             others.into_iter().filter(|key| !sessions.contains(key)).collect::<Vec<Key>>()
@@ -257,15 +258,16 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
             (Ok(hash), None) => {
                 match (archived(hash), there.copied_from(&job.wanted(hash.clone()))) {
                     (Some(archived), _) => refused(plan::archived(archived, job.start)),
-                    (None, Some(_)) => {
-                        (State::Rejected, "a log with the same bytes is there".to_owned())
-                    }
+                    (None, Some(_)) => (
+                        State::Rejected,
+                        "the output has a session from a log with the same bytes".to_owned(),
+                    ),
                     (None, None) => {
                         let wanted = job.wanted(hash.clone());
                         let stale = there.stale(&wanted, |table| work.is_requested(table));
                         match stale.or(force.then_some(Stale::Forced)) {
                             Some(stale) => {
-                                let gone = going(was_before(&wanted));
+                                let gone = removal_text(was_before(&wanted));
                                 (State::Done, stale.words().to_owned() + &gone)
                             }
                             None => (State::Unchanged, String::new()),
@@ -284,7 +286,7 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
 }
 
 /// Text of a dry run for sessions that would be removed; empty if there are none.
-fn going(sessions: impl IntoIterator<Item = Key>) -> String {
+fn removal_text(sessions: impl IntoIterator<Item = Key>) -> String {
     let words = |Key { bike_id, session_id }: Key| {
         format!("; removes session `{session_id}` of {bike_id}, which was made from this log")
     };
@@ -341,7 +343,7 @@ impl Shared<'_> {
         }
     }
 
-    /// A session: its log, and as long as none has given rows those that say to be the same.
+    /// Computes a session from its log. If that is rejected, the other logs with its session id are tried in turn.
     fn session<W: Work>(
         &self,
         job: &Job,
@@ -355,7 +357,9 @@ impl Shared<'_> {
             }
             let start = Instant::now();
             let ended = match holder {
-                Some(holder) => Ended::Rejected(session::outrun(one, self.store, &holder.log)?),
+                Some(holder) => {
+                    Ended::Rejected(session::reject_rival(one, self.store, &holder.log)?)
+                }
                 None => session::run(one, &self.settings, self.store, work)?,
             };
             let gave_rows = match &ended {

@@ -14,7 +14,7 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// How many are taken where so many are asked for; 0 takes one per core.
+/// Number of threads for a requested number; 0 takes one per core.
 pub(crate) fn taken(asked: usize) -> usize {
     match asked {
         0 => {
@@ -39,7 +39,7 @@ pub(crate) fn pool(wanted: usize) -> Option<ThreadPool> {
             Err(e) => e,
         };
         if threads == 1 {
-            tracing::warn!("no thread can be started ({e}): one thing is done after the other");
+            tracing::warn!("no thread can be started ({e}): all work is done on one thread");
             return None;
         }
         threads /= 2;

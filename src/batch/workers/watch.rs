@@ -8,7 +8,6 @@ use crate::store::tables::rows::Rejected;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Computed and written.
     Done,
     /// Was there already, made from the same.
     Unchanged,
@@ -23,7 +22,6 @@ pub struct Finished<'a> {
     pub log: &'a str,
     /// The session, if known.
     pub session_id: Option<&'a str>,
-    /// Outcome.
     pub state: State,
     /// Why, if it was rejected: code and message.
     pub why: Option<(&'a str, &'a str)>,

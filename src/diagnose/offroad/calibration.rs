@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::candidates::ALL;
 use super::fit::{Linear, Problem};
 use super::residuals::{CHANNELS, Residuals};
-use crate::diagnose::calibration::{Calibration, Cell, Rms, floor, rms, threshold};
+use crate::diagnose::calibration::{Calibration, Cell, Rms, noise_rms, rms, threshold};
 use crate::statistics::order::median_or_zero;
 use crate::statistics::random::Random;
 
@@ -36,7 +36,6 @@ pub(crate) type OffroadCalibration = Calibration<GainScale>;
 /// Where fault-free simulations are drawn from.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source<'a> {
-    /// The ride's residuals.
     pub residuals: &'a Residuals,
     /// Candidates and the bike's uncertainty.
     pub problem: &'a Problem,
@@ -49,7 +48,7 @@ pub(crate) struct Source<'a> {
 }
 
 /// Gains and residuals of one fault-free simulation.
-struct Shown {
+struct NullGains {
     gains: Vec<f64>,
     values: Vec<f64>,
     sizes: Rms,
@@ -60,10 +59,10 @@ pub(crate) fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration
     let problem = source.problem;
     let linear: Vec<Linear> = (0..ALL.len()).map(|j| problem.linear(&[j])).collect();
     let bare = problem.linear(&[]);
-    let shown: Vec<Shown> =
+    let shown: Vec<NullGains> =
         (0..nulls).into_par_iter().map(|number| source.draw(number, &bare, &linear)).collect();
-    let floor = floor(shown.iter().map(|s| &s.sizes), nulls);
-    let of = |f: &dyn Fn(&Shown) -> &[f64], j: usize| -> Vec<f64> {
+    let noise_rms = noise_rms(shown.iter().map(|s| &s.sizes), nulls);
+    let of = |f: &dyn Fn(&NullGains) -> &[f64], j: usize| -> Vec<f64> {
         shown.iter().map(|s| f(s)[j]).collect()
     };
     let gains: Vec<Vec<f64>> = (0..ALL.len()).map(|j| of(&|s| &s.gains, j)).collect();
@@ -84,11 +83,11 @@ pub(crate) fn calibrate(source: &Source<'_>, nulls: usize) -> OffroadCalibration
             false => median_or_zero(&of(&|s| &s.values, j)),
         })
         .collect();
-    Calibration { bias, nulls, largest_scores, floor, scale: GainScale { scale, threshold } }
+    Calibration { bias, nulls, largest_scores, noise_rms, scale: GainScale { scale, threshold } }
 }
 
 impl Source<'_> {
-    fn draw(&self, number: usize, bare: &Linear, linear: &[Linear]) -> Shown {
+    fn draw(&self, number: usize, bare: &Linear, linear: &[Linear]) -> NullGains {
         let Source { residuals, problem, scatter, sensors, seed } = *self;
         let mut random = Random::new(seed, &format!("off-road null {number}"));
         let mut bike = vec![0.0; scatter.len()];
@@ -120,7 +119,7 @@ impl Source<'_> {
             .map(|(b, r)| r + sensors[b.channel] * random.normal())
             .collect();
         let sizes = rms(cells(residuals, &seen).map(|(cell, _, r)| (cell, r)));
-        Shown { gains, values, sizes }
+        NullGains { gains, values, sizes }
     }
 }
 

@@ -3,7 +3,6 @@
 use super::declaration::Declaration;
 use super::{rider_motion, suspension};
 
-/// Every candidate.
 pub(crate) const ALL: &[Declaration] = &[
     rider_motion::VERTICAL,
     rider_motion::HORIZONTAL,

@@ -24,7 +24,6 @@ pub(crate) struct Ride<'a> {
     pub residuals: &'a Residuals,
     /// Tyre forces and rider motion, sample by sample.
     pub estimate: &'a Estimate,
-    /// The riders' settings.
     pub rider: &'a rider::Config,
     /// Highest frequency that the filter leaves, Hz.
     pub high_cut: f64,

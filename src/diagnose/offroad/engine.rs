@@ -11,9 +11,11 @@ use super::residuals::{CHANNELS, Residuals};
 use crate::contract::verdict::Verdict;
 use crate::contract::warning::Warning;
 use crate::diagnose::calibration::{Calibration, Rms};
-use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged, Naming, Refusal, Refusals};
+use crate::diagnose::cause::{
+    Candidate, Cause, Estimate, Identification, Judged, Refusal, Refusals,
+};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Joint, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, IdentificationRules, JointFits, Refit, Unexplained, in_cells,
 };
 use crate::diagnose::tables::rms_of;
 use crate::diagnose::tuning::OffroadTuning;
@@ -21,10 +23,10 @@ use crate::estimate::offroad::Estimate as Forces;
 use crate::store::tables::rows::DiscrepancyRow;
 
 /// How many times the largest of its fault-free simulations the residual is that identified causes leave where
-/// something is unexplained: a named cause is not quite exact.
+/// something is unexplained: an identified cause is not quite exact.
 const LEFT: f64 = 1.5;
 /// Fewest blocks in which structure is looked for.
-const FEWEST: usize = 20;
+const MIN_BLOCKS: usize = 20;
 
 /// Codes of the warnings about rows of the equations that are missing.
 const LOST: [&str; 2] = ["row_lost", "negative_travel"];
@@ -37,7 +39,6 @@ pub(crate) fn lost_rows(warnings: &[Warning]) -> impl Iterator<Item = &Warning> 
 /// An off-road ride with its residuals and fault-free simulations.
 #[derive(Debug)]
 pub(crate) struct OffroadEngine<'a> {
-    /// The ride's residuals.
     pub residuals: &'a Residuals,
     /// Candidates and the bike's uncertainty.
     pub problem: &'a Problem,
@@ -51,7 +52,6 @@ pub(crate) struct OffroadEngine<'a> {
     pub forces: &'a Forces,
     /// Warnings of their estimate.
     pub warnings: &'a [Warning],
-    /// The tuned constants.
     pub tuning: OffroadTuning,
 }
 
@@ -155,12 +155,12 @@ impl OffroadEngine<'_> {
         score > 1.0 && gain > self.tuning.gain && sigma < most
     }
 
-    /// Whether on the ground more is left than sensors and bike file explain once everything named is in.
-    pub(crate) fn is_wrong_on_the_ground(&self, naming: &Naming<Fit>) -> bool {
-        let left = rms_of(&self.by_cell(&naming.extended.residual));
+    /// Whether, on the ground, a misfit remains with all identified causes beyond what sensors and bike file explain.
+    pub(crate) fn is_wrong_on_the_ground(&self, identification: &Identification<Fit>) -> bool {
+        let left = rms_of(&self.by_cell(&identification.extended.residual));
         left.iter().any(|(cell, (size, n))| {
-            let largest = self.calibration.floor.get(cell).map_or(f64::INFINITY, |f| f[1]);
-            !CHANNELS[cell.1].off_the_ground() && *n >= FEWEST && *size > LEFT * largest
+            let largest = self.calibration.noise_rms.get(cell).map_or(f64::INFINITY, |f| f[1]);
+            !CHANNELS[cell.1].off_the_ground() && *n >= MIN_BLOCKS && *size > LEFT * largest
         })
     }
 
@@ -181,8 +181,8 @@ impl Engine for OffroadEngine<'_> {
     type Stage = Stage;
     type Scale = GainScale;
 
-    fn rules(&self) -> NamingRules {
-        NamingRules {
+    fn rules(&self) -> IdentificationRules {
+        IdentificationRules {
             alarm: self.tuning.alarm,
             equivalent: self.tuning.equivalent,
             independent: Some(self.tuning.independent),
@@ -205,7 +205,7 @@ impl Engine for OffroadEngine<'_> {
         stage.tried.iter().map(judged).collect()
     }
 
-    fn refits(&self, stage: &Stage, judged: &[Judged], named: &[Cause]) -> Joint<Fit> {
+    fn refits(&self, stage: &Stage, judged: &[Judged], named: &[Cause]) -> JointFits<Fit> {
         let (mut refits, mut refused) = (Vec::new(), Refusals::new());
         for (t, judged) in stage.tried.iter().zip(judged) {
             let size = t.fit.values[t.place].unwrap_or(f64::NAN);
@@ -221,7 +221,7 @@ impl Engine for OffroadEngine<'_> {
             }
         }
         refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Joint { refits, refused }
+        JointFits { refits, refused }
     }
 
     /// A cause has a known number, and is one on jumps and whoops that it was not fitted to as well.
@@ -282,8 +282,8 @@ impl Engine for OffroadEngine<'_> {
         self.by_cell(self.bare)
     }
 
-    fn extended_residuals(&self, naming: &Naming<Fit>) -> CellResiduals {
-        self.by_cell(&naming.extended.residual)
+    fn extended_residuals(&self, identification: &Identification<Fit>) -> CellResiduals {
+        self.by_cell(&identification.extended.residual)
     }
 
     fn noise_factors(&self, _: &Rms) -> Vec<f64> {
@@ -291,7 +291,7 @@ impl Engine for OffroadEngine<'_> {
     }
 
     fn fewest_blocks(&self) -> usize {
-        FEWEST
+        MIN_BLOCKS
     }
 
     fn covariates(&self) -> (Vec<(&'static str, Vec<f64>)>, bool) {
@@ -323,25 +323,25 @@ impl Engine for OffroadEngine<'_> {
         self.calibration
     }
 
-    fn held_out_gains(&self, naming: &Naming<Fit>) -> [f64; 2] {
+    fn held_out_gains(&self, identification: &Identification<Fit>) -> [f64; 2] {
         let out =
             |included: &[usize], whole: &Fit| self.problem.held_out(self.bare, included, whole);
-        let named: Vec<usize> = naming.named().map(|c| c.candidate.place).collect();
+        let named: Vec<usize> = identification.named().map(|c| c.candidate.place).collect();
         let before = out(&[], &self.problem.fit(self.bare, &[], None));
         let every: Vec<usize> = (0..ALL.len()).collect();
-        [before - out(&named, &naming.extended), before - out(&every, self.everything)]
+        [before - out(&named, &identification.extended), before - out(&every, self.everything)]
     }
 
     /// The misfit that sensors, bike file and causes do not explain.
     fn unexplained(
         &self,
-        naming: &Naming<Fit>,
+        identification: &Identification<Fit>,
         discrepancies: &[DiscrepancyRow],
     ) -> Option<Unexplained> {
         let left = |r: &DiscrepancyRow| r.rmse_extended.unwrap_or(r.rmse_base) / r.null_largest;
         let worst = discrepancies
             .iter()
-            .filter(|r| r.n >= FEWEST as i64 && left(r) > LEFT)
+            .filter(|r| r.n >= MIN_BLOCKS as i64 && left(r) > LEFT)
             .max_by(|a, b| left(a).total_cmp(&left(b)));
         let (score, reason) = match worst {
             Some(row) => {
@@ -349,7 +349,7 @@ impl Engine for OffroadEngine<'_> {
                     format!(", goes with the {c} ({:+.2})", row.correlation.unwrap_or(0.0))
                 });
                 let reason = format!(
-                    "{} while {}: {:.0} {} are left, sensors and bike file explain {:.0}{with}",
+                    "{} while {}: a misfit of {:.0} {} remains, sensors and bike file explain {:.0}{with}",
                     row.channel,
                     row.kind.replace('_', " "),
                     row.rmse_extended.unwrap_or(row.rmse_base),
@@ -358,9 +358,9 @@ impl Engine for OffroadEngine<'_> {
                 );
                 (left(row), reason)
             }
-            None if naming.unexplained => {
+            None if identification.unexplained => {
                 let reason = "beyond what fault-free simulations show, but no candidate of a plausible size explains it";
-                (naming.alarm, reason.to_owned())
+                (identification.alarm, reason.to_owned())
             }
             None => return None,
         };

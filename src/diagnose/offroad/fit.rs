@@ -22,7 +22,7 @@ const SHORT: usize = 1;
 const STRIDE: usize = 3;
 const GOLDEN: usize = 8;
 /// How far a search near a number goes, in its logarithm.
-const NEAR: f64 = 0.4;
+const SEARCH_HALF_WIDTH: f64 = 0.4;
 /// Farthest that the bike may be off its file, in standard deviations.
 const FARTHEST: f64 = 3.0;
 /// Model error of a frequency, as a share of it: a body is not quite a low-pass.
@@ -39,7 +39,6 @@ pub(crate) type Value = Option<f64>;
 pub(crate) struct Problem {
     /// Where the blocks belong.
     pub blocks: Vec<Block>,
-    /// Candidates.
     pub curves: Vec<Curve>,
     /// Errors of the bike file, one standard deviation each: fitted along with everything,
     /// each held to zero by its own uncertainty.
@@ -48,12 +47,11 @@ pub(crate) struct Problem {
     pub weight: Vec<f64>,
 }
 
-/// A joint fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Per candidate.
+    /// Size of each candidate.
     pub values: Vec<Value>,
-    /// How many standard deviations the bike is off its file, per uncertain key.
+    /// Distance of the bike from its file in standard deviations, per uncertain key.
     pub bike: Vec<f64>,
     /// Half the sum of squares, robust, the bike's own included.
     pub loss: f64,
@@ -70,7 +68,7 @@ struct Search<'a> {
     others: &'a [f64],
     /// The number near which to look; `None` looks over all nodes.
     near: Value,
-    /// Loss to beat.
+    /// Loss of the fit to be improved.
     loss: f64,
 }
 
@@ -345,7 +343,7 @@ impl Problem {
         };
         let last = nodes.len() - 1;
         let (low, high) = match near {
-            Some(value) => (value.ln() - NEAR, value.ln() + NEAR),
+            Some(value) => (value.ln() - SEARCH_HALF_WIDTH, value.ln() + SEARCH_HALF_WIDTH),
             None => {
                 let tried: Vec<(f64, f64)> =
                     nodes.iter().step_by(STRIDE).map(|n| (*n, at(*n))).collect();

@@ -3,13 +3,13 @@
 //! ```text
 //! session -> forces with rider B -> residuals no tyre force explains -> fit of every candidate
 //!                                           |                                 |
-//!                    bike's uncertainty, own scatter = fault-free simulations -> calibration -> naming
+//!                    bike's uncertainty, own scatter = fault-free simulations -> calibration -> identification
 //! ```
 //!
 //! The nominal model is rider B on the bike of the file. Five equations leave something over once the
 //! tyre forces have taken what they can ([`residuals`]); in flight they leave everything. There a
 //! rider who follows the bike, friction in the fork or a heavier rider shows, though no tyre force
-//! is known ([`candidates`]). What a candidate must gain to be named is measured on fault-free simulations of
+//! is known ([`candidates`]). The gain that identifies a candidate is measured on fault-free simulations of
 //! the same ride ([`calibration`]).
 //!
 //! Source: `book/src/diagnosis.md`, section 2, with the equations of `book/src/offroad.md`.

@@ -1,8 +1,8 @@
 //! Residuals that no tyre force can make go away.
 //!
 //! Five equations, and fewer unknown tyre forces: with both wheels on the ground three while driving (a
-//! free front wheel rolls, what spins it up is known) and four while braking; in flight none. What is
-//! left over is linear in the known side, `r = w . (b_1 - A_r f_r)`, with a covector `w` per sample:
+//! free front wheel rolls, what spins it up is known) and four while braking; in flight none. The
+//! remainder is linear in the known side, `r = w . (b_1 - A_r f_r)`, with a covector `w` per sample:
 //!
 //! | channel | where | rows solved for the forces | row left over |
 //! |---|---|---|---|
@@ -36,7 +36,6 @@ const SHARE: f64 = 0.5;
 /// One kind of residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Channel {
-    /// In the tables.
     pub name: &'static str,
     /// Unit of the residual.
     pub unit: &'static str,
@@ -51,7 +50,6 @@ impl Channel {
     }
 }
 
-/// Every channel.
 pub(crate) const CHANNELS: [Channel; 7] = [
     Channel { name: "vertical", unit: "N", rows: &[0, 1, 3, 4] },
     Channel { name: "pitch", unit: "N m", rows: &[0, 2, 3, 4] },
@@ -71,7 +69,7 @@ pub(crate) struct Block {
     pub at: usize,
     /// Jump, whoops or corner that it belongs to.
     pub cluster: usize,
-    /// ManoeuvreKind of manoeuvre.
+    /// Manoeuvre of the block.
     pub kind: ManoeuvreKind,
     /// One over the number of its samples.
     share: f64,
@@ -92,7 +90,6 @@ struct Part {
 pub(crate) struct Residuals {
     /// Blocks, channel by channel, in time order.
     pub blocks: Vec<Block>,
-    /// Number of clusters.
     pub clusters: usize,
     /// The bike without a rider: residual of every block.
     pub bike: Vec<f64>,
@@ -188,7 +185,7 @@ impl Residuals {
 
     /// Standard deviation of every channel's blocks for errors of the known side of these standard
     /// deviations, N and N m, of a band of `high_cut` Hz.
-    pub(crate) fn floor(&self, covariance: &[[f64; 5]; 5], high_cut: f64) -> [f64; 7] {
+    pub(crate) fn sensor_noise(&self, covariance: &[[f64; 5]; 5], high_cut: f64) -> [f64; 7] {
         // white below the cut; a block's mean passes half a band of one over its length
         let passed = (0.5 / BLOCK / high_cut).min(1.0);
         let (mut sums, mut counts) = ([0.0; 7], [0.0; 7]);
@@ -204,7 +201,7 @@ impl Residuals {
     }
 }
 
-/// Thinned samples with what is left over at each.
+/// Thinned samples with the residual of each.
 struct Samples<'a> {
     covectors: &'a [[Option<[f64; 5]>; 7]],
     driving: &'a [bool],

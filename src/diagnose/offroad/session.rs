@@ -11,7 +11,7 @@ use crate::contract::bike::Bike;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::diagnose::cause::Naming;
+use crate::diagnose::cause::Identification;
 use crate::diagnose::engine::identify_causes;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::OffroadTuning;
@@ -25,7 +25,7 @@ use crate::store::objects::Location;
 use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Fewest blocks that are worth a diagnosis: half a minute on the ground.
-const FEWEST: usize = 200;
+const MIN_BLOCKS: usize = 200;
 /// Where the bike file gives no `[offroad.noise]`: that of the sensors of Vasquez et al. 2019, filtered
 /// at 20 Hz, and of a fork on a test bench.
 const USUAL: Noise = Noise { qdd: [0.5, 0.35, 0.8, 0.6, 1.0], fs: [40.0, 20.0], fr: 120.0 };
@@ -36,7 +36,7 @@ pub struct OffroadDiagnosis {
     /// Session, bike and start.
     pub ident: Ident,
     /// Candidates with their verdicts.
-    pub naming: Naming<Fit>,
+    pub identification: Identification<Fit>,
     /// Calibration by fault-free simulations.
     pub calibration: OffroadCalibration,
     /// The riders' settings with the identified motion of the rider: rider C with these is the extended model.
@@ -81,7 +81,7 @@ pub fn diagnose(
         pipeline::offroad_forces(session.clone(), bike, pipeline, &config)
             .map_err(|why| Rejection { stage: Stage::Diagnose, ..why })?;
     let residuals = Residuals::new(&forces, &segments, config.rider.crossfade);
-    if residuals.blocks.len() < FEWEST {
+    if residuals.blocks.len() < MIN_BLOCKS {
         return Err(too_little(residuals.blocks.len(), &warnings));
     }
     let high_cut = pipeline.filter.high_cut;
@@ -89,7 +89,7 @@ pub fn diagnose(
     let curves = ALL.iter().map(|candidate| (candidate.curve)(&ride)).collect();
     let bare = with_rider_b(&residuals, &forces, &config.rider);
     let blocks = residuals.blocks.clone();
-    let sensors = residuals.floor(&covariance(&forces.machine), high_cut);
+    let sensors = residuals.sensor_noise(&covariance(&forces.machine), high_cut);
     let weight = weights(&blocks, &long_run(&blocks, &bare), &sensors);
     let uncertain = uncertain::columns(&residuals, &forces, bike);
     let mut problem = Problem { blocks, curves, uncertain, weight };
@@ -110,9 +110,17 @@ pub fn diagnose(
         problem.off_the_ground();
         found = session.run(&mut problem);
     }
-    let Found { naming, calibration, causes, discrepancies, .. } = found;
-    let rider = with_named(&config.rider, &naming);
-    Ok(OffroadDiagnosis { ident, naming, calibration, rider, causes, discrepancies, n_samples })
+    let PassResult { identification, calibration, causes, discrepancies, .. } = found;
+    let rider = with_named(&config.rider, &identification);
+    Ok(OffroadDiagnosis {
+        ident,
+        identification,
+        calibration,
+        rider,
+        causes,
+        discrepancies,
+        n_samples,
+    })
 }
 
 /// Inputs of one pass over the candidates.
@@ -126,9 +134,8 @@ struct Pass<'a> {
     nulls: usize,
 }
 
-/// Result of one pass.
-struct Found {
-    naming: Naming<Fit>,
+struct PassResult {
+    identification: Identification<Fit>,
     calibration: OffroadCalibration,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
@@ -138,7 +145,7 @@ struct Found {
 
 impl Pass<'_> {
     /// The pass, at the weights that the scatter gives which is left when every candidate is free.
-    fn run(&self, problem: &mut Problem) -> Found {
+    fn run(&self, problem: &mut Problem) -> PassResult {
         let Pass { residuals, bare, sensors, forces, warnings, ident, nulls } = *self;
         let everything: Vec<usize> = (0..ALL.len()).collect();
         let mut left = problem.fit(bare, &everything, None);
@@ -160,18 +167,18 @@ impl Pass<'_> {
             warnings,
             tuning: OffroadTuning::default(),
         };
-        let naming = identify_causes(&engine);
-        let is_wrong_on_the_ground = engine.is_wrong_on_the_ground(&naming);
-        let discrepancies = tables::discrepancies(&engine, &naming, ident);
-        let causes = tables::causes(&engine, &naming, &discrepancies, ident);
-        Found { naming, calibration, causes, discrepancies, is_wrong_on_the_ground }
+        let identification = identify_causes(&engine);
+        let is_wrong_on_the_ground = engine.is_wrong_on_the_ground(&identification);
+        let discrepancies = tables::discrepancies(&engine, &identification, ident);
+        let causes = tables::causes(&engine, &identification, &discrepancies, ident);
+        PassResult { identification, calibration, causes, discrepancies, is_wrong_on_the_ground }
     }
 }
 
 /// A rider's settings with the identified motion of the rider.
-fn with_named(rider: &rider::Config, naming: &Naming<Fit>) -> rider::Config {
+fn with_named(rider: &rider::Config, identification: &Identification<Fit>) -> rider::Config {
     let mut rider = rider.clone();
-    for cause in naming.named() {
+    for cause in identification.named() {
         match (cause.candidate.name, cause.estimate.map(|e| e.value)) {
             ("rider_vertical_motion", Some(cut_off)) => {
                 (rider.cut_off, rider.zero_phase) = (cut_off, false);
@@ -190,9 +197,9 @@ fn too_little(blocks: usize, warnings: &[Warning]) -> Rejection {
             "only {:.0} s are driven, braked or flown with all that the equations need: {:.0} s are the \
              least for a diagnosis",
             0.1 * blocks as f64,
-            0.1 * FEWEST as f64
+            0.1 * MIN_BLOCKS as f64
         ),
-        false => format!("no equation is left over to hold the model against: {}", lost.join("; ")),
+        false => format!("no equation remains to check the model with: {}", lost.join("; ")),
     };
     let code = if lost.is_empty() {
         RejectionCode::TooFewManoeuvres

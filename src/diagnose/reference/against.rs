@@ -14,7 +14,6 @@ use crate::store::tables::rows::{ChangeRow, Ident};
 /// Differences of a motorcycle's other rides from the given ones.
 #[derive(Debug)]
 pub(crate) struct Against {
-    /// The motorcycle.
     pub bike_id: String,
     /// Rides of the reference, and other rides.
     pub rides: [usize; 2],

@@ -32,7 +32,6 @@ const ROUNDS: usize = 20;
 pub(crate) struct Difference {
     /// Mean inside less mean outside; of a drift last less first.
     pub size: f64,
-    /// Its standard error.
     pub error: f64,
     /// Degrees of freedom of the error.
     pub freedom: f64,

@@ -17,7 +17,7 @@ use crate::simulate::effects::{Effect, PRIOR};
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
 
-/// A cause that is held against the differences.
+/// A cause that is fitted to the differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Candidate {
     /// Its place in the history's numbers.

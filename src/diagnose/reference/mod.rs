@@ -34,7 +34,7 @@ use crate::statistics::discovery::discovery_rates;
 use crate::store::tables::changes::place;
 use crate::store::tables::rows::{ChangeRow, Ident};
 use numbers::{History, Ride};
-use search::{Change, Found, search};
+use search::{Change, SearchResult, search};
 use sets::{Kind, OTHERS, Rides};
 
 /// Share of false ones among the changes that are reported.
@@ -46,7 +46,7 @@ pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
     for ride in rides {
         bikes.entry(ride.ident.bike_id.clone()).or_default().push(ride);
     }
-    let compared: Vec<(History, Found)> = bikes
+    let compared: Vec<(History, SearchResult)> = bikes
         .into_values()
         .collect::<Vec<_>>()
         .into_par_iter()
@@ -54,7 +54,7 @@ pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
             let history = History::new(rides);
             let found = match history.len() > OTHERS {
                 true => search(&history),
-                false => Found::default(),
+                false => SearchResult::default(),
             };
             (history, found)
         })
@@ -89,7 +89,11 @@ pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> 
 
 /// The rows of one motorcycle: each ride's changes, or that it is as before; then those that start with it and others
 /// share.
-fn of_motorcycle(history: &History, found: &Found, sure: &[(&Change, f64)]) -> Vec<ChangeRow> {
+fn of_motorcycle(
+    history: &History,
+    found: &SearchResult,
+    sure: &[(&Change, f64)],
+) -> Vec<ChangeRow> {
     let mut rows = Vec::new();
     for ride in 0..history.len() {
         let own: Vec<_> = sure.iter().filter(|(c, _)| c.rides.has(ride)).collect();
@@ -165,7 +169,7 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
 }
 
 /// The row of a ride of which no change is reported, or that cannot be compared.
-fn as_before(history: &History, found: &Found, ride: usize) -> ChangeRow {
+fn as_before(history: &History, found: &SearchResult, ride: usize) -> ChangeRow {
     let ident: Ident = history.rides[ride].clone();
     let n_others = history.len() as i64 - 1;
     let row =

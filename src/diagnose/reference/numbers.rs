@@ -16,10 +16,8 @@ pub(crate) struct Number {
     pub effect: Option<&'static Effect>,
 }
 
-/// One ride's numbers.
 #[derive(Debug, Clone)]
 pub struct Ride {
-    /// Which and when.
     pub ident: Ident,
     /// Where, by whom and on what tyres.
     pub circumstances: Circumstances,
@@ -98,7 +96,6 @@ impl History {
         History { rides: idents, circumstances, values, errors, traces, numbers }
     }
 
-    /// Number of rides.
     pub(crate) fn len(&self) -> usize {
         self.rides.len()
     }

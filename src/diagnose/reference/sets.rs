@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 
 use super::numbers::History;
 use crate::contract::instant;
+use crate::simulate::effects::Level;
 use crate::store::tables::changes::{REST, common_words};
 
 /// Fewest rides on the other side.
@@ -27,7 +28,6 @@ const LIKE: f64 = 0.92;
 /// Kind of a set of rides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// One ride.
     One,
     /// All from a ride on.
     Since,
@@ -37,6 +37,16 @@ pub(crate) enum Kind {
     Drift,
     /// Chosen by a person.
     Chosen,
+}
+
+impl Kind {
+    /// Whether rides of such a set share what belongs to a level: a slope to the site, a wind to the day.
+    pub(crate) fn suits(self, level: Level) -> bool {
+        matches!(
+            (self, level),
+            (Kind::Common(Common::Site), Level::Site) | (Kind::Common(Common::Day), Level::Night)
+        )
+    }
 }
 
 /// Property that rides can have in common.
@@ -89,7 +99,7 @@ impl Common {
     }
 }
 
-/// Rides that are held against the others.
+/// Rides that are compared with the others.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rides {
     /// Kind of the set.
@@ -192,7 +202,6 @@ impl Rides {
         step.kind == Kind::Since && correlation(&self.shares, &step.shares) > LIKE
     }
 
-    /// See the field.
     fn by_day(&self, history: &History) -> f64 {
         if self.kind == Kind::One {
             return 0.0;

@@ -340,3 +340,126 @@ fn chosen_rides_as_the_reference_see_smaller_changes() {
     let few = against::against(rides(1, 0.0), |ident| ident.session_id == "s00").expect_err("one");
     assert!(few.contains("of these rides a has 1"), "{few}");
 }
+
+/// Puts what a unit of an effect moves a number by, in standard errors of both.
+fn put_trace(ride: &mut Ride, effect: &str, number: &str, slope: f64) {
+    let is_its = |t: &EffectTrace| t.effect == effect && t.parameter == number;
+    ride.traces.retain(|t| !is_its(t));
+    ride.traces.push(EffectTrace {
+        ident: ride.ident.clone(),
+        effect: effect.to_owned(),
+        parameter: number.to_owned(),
+        slope: slope * error(number) / error(effect),
+    });
+}
+
+/// Moves a number by so many standard errors.
+fn put(ride: &mut Ride, number: &str, by: f64) {
+    let own = ride.estimates.iter_mut().find(|r| r.parameter == number);
+    own.expect("a number of the ride").value += by * error(number);
+}
+
+/// A zero that is another one in each ride, and moves other numbers this way in one ride and that way in the next: the sum of
+/// numbers with one ride's traces does not show in the others how much it varies.
+#[test]
+fn an_effect_that_varies_in_every_ride_is_no_change_of_one() {
+    let is_alarm = |seed: u64| {
+        let of = |k: usize| {
+            let mut random = Random::new(seed, &format!("zero of {k}"));
+            let mut ride = ride(seed, k, &[]);
+            let size = 8.0 * random.normal();
+            put(&mut ride, "latency", size);
+            for number in ["radius_front", "drag"] {
+                let slope = if random.normal() < 0.0 { -4.0 } else { 4.0 };
+                put(&mut ride, number, slope * size);
+                put_trace(&mut ride, "latency", number, slope);
+            }
+            ride
+        };
+        changes((0..14).map(of).collect()).iter().any(is_change)
+    };
+    let alarms = (0..40).filter(|seed| is_alarm(700 + seed)).count();
+    assert!(alarms <= 8, "{alarms} of 40");
+}
+
+/// Rides show a slope and a wind alike: what is the same at a site on several days is the slope, and the wind is said, too.
+#[test]
+fn what_rides_at_a_site_share_is_a_slope_rather_than_a_wind() {
+    let of = |k: usize| {
+        let mut ride = ride(14, k, &[]);
+        let is_north = k / 2 % 3 == 1;
+        ride.circumstances.site = Some(if is_north { "north" } else { "south" }.to_owned());
+        // the wind's own number is the clearer one by a tenth
+        put_trace(&mut ride, "road_grade", "wind", 1.1);
+        put_trace(&mut ride, "wind", "road_grade", 1.0 / 1.1);
+        if is_north {
+            put(&mut ride, "road_grade", 60.0);
+            put(&mut ride, "wind", 66.0);
+        }
+        ride
+    };
+    let rows: Vec<ChangeRow> =
+        changes((0..12).map(of).collect()).into_iter().filter(is_change).collect();
+    let [row] = &rows[..] else { panic!("{rows:#?}") };
+    assert_eq!((row.rides.as_str(), row.in_common.as_deref()), ("site", Some("site north")));
+    assert_eq!((row.cause.as_deref(), row.rivals.as_deref()), (Some("road_grade"), Some("wind")));
+}
+
+/// An effect's own number may be of another optimum: a size that no motorcycle can have is not reported.
+#[test]
+fn a_size_that_cannot_be_is_not_reported() {
+    const OTHERS: [&str; 3] = ["brake_gain_front", "radius_front", "drag"];
+    let of = |k: usize| {
+        let mut ride = ride(15, k, &[]);
+        OTHERS.iter().for_each(|number| put_trace(&mut ride, "pad_heat", number, 0.9));
+        if k == 3 {
+            OTHERS.iter().for_each(|number| put(&mut ride, number, 0.9 * 60.0));
+            // 0.15, where 0.1 is the most that pads can lose
+            put(&mut ride, "pad_heat", 300.0);
+        }
+        ride
+    };
+    let rows: Vec<ChangeRow> =
+        changes((0..10).map(of).collect()).into_iter().filter(is_change).collect();
+    assert!(!rows.is_empty());
+    for row in rows.iter().filter(|r| r.cause.as_deref() == Some("pad_heat")) {
+        assert!(row.value.is_some_and(|size| size.abs() <= 0.1), "{row:#?}");
+    }
+}
+
+/// The last four of 18 rides on another tyre: the step begins with the first of them, and no ride beside it is odd.
+#[test]
+fn a_step_begins_with_its_first_ride() {
+    let wrong = |seed: u64| {
+        let of = |k: usize| {
+            let mut ride = ride(seed, k, &[]);
+            put(&mut ride, "radius_front", if k >= 14 { 40.0 } else { 0.0 });
+            ride
+        };
+        let rows: Vec<ChangeRow> =
+            changes((0..18).map(of).collect()).into_iter().filter(is_change).collect();
+        !(rows.len() == 1 && rows[0].rides == "since" && rows[0].ident.session_id == "s14")
+    };
+    let count = (0..60).filter(|seed| wrong(900 + seed)).count();
+    assert!(count <= 5, "{count} of 60");
+}
+
+/// Of a fleet those without a change have one line, so that a night's text is of what changed.
+#[test]
+fn many_motorcycles_without_a_change_share_a_line() {
+    let of = |bike: &str, k: usize| {
+        let mut ride = ride(5, k, if bike == "c" && k == 3 { &[("latency", 80.0)] } else { &[] });
+        ride.ident.bike_id = bike.to_owned();
+        ride
+    };
+    let all = |bikes: &[&str]| -> String {
+        let rides = bikes.iter().flat_map(|bike| (0..5).map(|k| of(bike, k))).collect();
+        words::of_motorcycles(&changes(rides))
+    };
+    let few = all(&["a", "b", "c", "d"]);
+    assert!(few.starts_with("a: 5 of 5 rides as before\nb: 5 of 5 rides as before\nc: 4 of 5"));
+    let many = all(&["a", "b", "c", "d", "e"]);
+    let (first, rest) = many.split_once('\n').expect("lines");
+    assert_eq!(first, "4 motorcycles: all 20 rides as before (a, b, d, e)");
+    assert!(rest.starts_with("c: 4 of 5 rides as before\n  s03 (2026-05-04): latency"), "{rest}");
+}

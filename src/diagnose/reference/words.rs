@@ -10,18 +10,42 @@ use crate::statistics::order::median_of_finite;
 use crate::store::tables::changes::{head, is_change, place};
 use crate::store::tables::rows::ChangeRow;
 
+/// Motorcycles without a change that have a line each; more of them share one.
+const QUIET: usize = 3;
+/// Most motorcycles that a line lists.
+const LISTED: usize = 12;
+
 /// Changes of each motorcycle with enough rides: the number of unchanged rides, then each change. A motorcycle without
-/// changes has one line. Empty if none can be compared.
+/// changes has one line; of many that line is one for all of them. Empty if none can be compared.
 pub(crate) fn of_motorcycles(rows: &[ChangeRow]) -> String {
-    let mut text = String::new();
-    for rows in rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id) {
-        let Some(head) = head(rows) else { continue };
+    let bikes = rows.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id);
+    let compared: Vec<(&[ChangeRow], String)> =
+        bikes.filter_map(|rows| Some((rows, head(rows)?))).collect();
+    let is_quiet = |rows: &[ChangeRow]| rows.iter().all(|r| r.verdict == "as_before");
+    let quiet: Vec<&[ChangeRow]> =
+        compared.iter().map(|(rows, _)| *rows).filter(|rows| is_quiet(rows)).collect();
+    let is_joined = quiet.len() > QUIET;
+    let mut text = if is_joined { joined(&quiet) } else { String::new() };
+    for (rows, head) in &compared {
+        if is_joined && is_quiet(rows) {
+            continue;
+        }
         text += &format!("{}: {head}\n", rows[0].ident.bike_id);
         for row in rows.iter().filter(|r| is_change(r)) {
             text += &format!("  {}: {}\n", place(row), row.sentence);
         }
     }
     text
+}
+
+/// The line of motorcycles without a change.
+fn joined(quiet: &[&[ChangeRow]]) -> String {
+    let rides: usize = quiet.iter().map(|rows| rows.len()).sum();
+    let ids: Vec<&str> =
+        quiet.iter().take(LISTED).map(|rows| rows[0].ident.bike_id.as_str()).collect();
+    let more = quiet.len() - ids.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{} motorcycles: all {rides} rides as before ({}{more})\n", quiet.len(), ids.join(", "))
 }
 
 /// A change as a sentence.

@@ -144,7 +144,7 @@ impl Lean {
 
 /// Parts of an attitude that are known from other parameters.
 #[derive(Debug, Clone, Copy)]
-pub struct Known<'a> {
+pub struct ReusableTerms<'a> {
     attitude: &'a Attitude,
     /// Whether angles that are the same point the wheels the same way.
     steered: bool,
@@ -152,14 +152,17 @@ pub struct Known<'a> {
     lagged: bool,
 }
 
-impl<'a> Known<'a> {
+impl<'a> ReusableTerms<'a> {
     /// Of an attitude in one posture for another.
-    pub fn of(own: &Posture, other: &Posture) -> impl Fn(&'a Attitude) -> Known<'a> + use<'a> {
+    pub fn of(
+        own: &Posture,
+        other: &Posture,
+    ) -> impl Fn(&'a Attitude) -> ReusableTerms<'a> + use<'a> {
         let compliant = |p: &Posture| p.error.compliance(0.0);
         let geometry = |p: &Posture| (p.caster, p.mass, p.cg_to_front, p.wheelbase);
         let steered = compliant(own) == compliant(other) && geometry(own) == geometry(other);
         let lagged = own.lengths() == other.lengths();
-        move |attitude| Known { attitude, steered, lagged }
+        move |attitude| ReusableTerms { attitude, steered, lagged }
     }
 
     /// The lean of the same angles, if these are known to be the same.
@@ -192,7 +195,7 @@ impl Attitude {
         p: &Posture,
         i: usize,
         cornering: bool,
-        known: Option<Known<'_>>,
+        known: Option<ReusableTerms<'_>>,
     ) -> Self {
         let error = &p.error;
         let (h, lf, lr) = (p.cg_height, p.cg_to_front, p.wheelbase - p.cg_to_front);

@@ -37,7 +37,6 @@ const LOCAL: f64 = 8.0;
 /// A fitted nominal model.
 #[derive(Debug, Clone)]
 pub struct Base {
-    /// The fitted parameters.
     pub values: Parameters,
     /// Where it started, the centre of the priors.
     pub start: Parameters,
@@ -102,7 +101,6 @@ pub fn fit_with(
 /// needs.
 #[derive(Debug, Clone)]
 pub struct Quick {
-    /// The fitted base.
     pub base: Base,
     /// The linearisation, of the base's parameters and then of `more`, residuals at the end.
     pub linear: Linear,

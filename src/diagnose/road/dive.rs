@@ -1,6 +1,6 @@
 //! A ride on springs, converted to the signals of the nominal model: without pitch.
 //!
-//! The nominal model's frame stays level. On springs it dives, squats and sits down in bends, and two of
+//! The nominal model's frame stays level. On springs it dives, squats and sits down in corners, and two of
 //! its signals are no longer what the model calls them by
 //!
 //! ```text

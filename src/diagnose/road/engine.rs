@@ -15,27 +15,27 @@ use super::problem::Linear;
 use super::residuals::{Blocks, CHANNELS, UNITS, blocks};
 use super::samples::BLOCK;
 use super::scan::Score;
-use super::stage::{Memory, Ride, Stage, true_sizes};
+use super::stage::{DiagnosisCache, Ride, Stage, true_sizes};
 use super::structure::Term;
 use crate::contract::verdict::Verdict;
 use crate::diagnose::calibration::{Calibration, Rms};
 use crate::diagnose::cause::{
-    Cause, Estimate, Judged, Naming, Objection, Refusal, Refusals, Structure,
+    Cause, Estimate, Identification, Judged, Objection, Refusal, Refusals, Structure,
 };
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Joint, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, IdentificationRules, JointFits, Refit, Unexplained, in_cells,
 };
 use crate::simulate::effects::Effect;
 use crate::store::tables::rows::DiscrepancyRow;
 
-/// Standard errors that the size of a named cause is from nil: its 95 % interval does not hold nil.
+/// Least size of an identified cause in standard errors: its 95 % interval does not contain nil.
 const EVIDENT: f64 = 1.96;
 
 /// A ride on the road with its base fit and its fault-free simulations.
 #[derive(Debug)]
 pub(crate) struct RoadEngine<'r, 'a> {
     ride: Ride<'r>,
-    memory: &'r Memory<'a>,
+    memory: &'r DiagnosisCache<'a>,
     start: &'r Start,
     calibration: &'r RoadCalibration,
     simulation: &'r Arc<NullSimulation<'a>>,
@@ -47,7 +47,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
     /// is known of the ride already.
     pub(crate) fn new(
         ride: Ride<'r>,
-        memory: &'r Memory<'a>,
+        memory: &'r DiagnosisCache<'a>,
         start: &'r Start,
         calibration: &'r RoadCalibration,
         simulation: &'r Arc<NullSimulation<'a>>,
@@ -94,7 +94,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
 
     /// The identified causes with the sizes that fault-free simulations of the model with them give back, and those of
     /// which they give none within the bounds. While causes are lost the rest is fitted and simulated anew;
-    /// so it is first where `stage` has causes in it that are no longer named.
+    /// so it is first where `stage` has causes that a later step withdrew.
     fn reproduced(
         &self,
         stage: &mut Stage<'a>,
@@ -132,30 +132,34 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
     /// Result if all causes were withdrawn: they come before the other candidates, which are judged on the nominal model,
     /// and the nominal model is the result's model.
     #[must_use]
-    pub(crate) fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
+    pub(crate) fn withdrawn(
+        &self,
+        identification: Identification<Base>,
+        objection: Objection,
+    ) -> Identification<Base> {
         let mut stage = self.nominal_stage();
         let judged = self.judge(&stage);
         stage.model = self.start.base.clone();
         let structure = stage.structure(self.ride.samples).0;
         let out = |c: Cause| if c.verdict.is_cause() { c.rejected(objection) } else { c };
         let mut causes: Vec<Cause> =
-            naming.causes.into_iter().map(out).filter(|c| c.objection.is_some()).collect();
-        let (at_first, alarm) = (naming.refused_at_first, self.ride.tuning.alarm);
+            identification.causes.into_iter().map(out).filter(|c| c.objection.is_some()).collect();
+        let (at_first, alarm) = (identification.refused_at_first, self.ride.tuning.alarm);
         let rest = self.rest(&judged, &causes).into_iter();
         let mut rest: Vec<Cause> = rest.map(|c| c.refused(&at_first, alarm)).collect();
         rest.sort_by(|a, b| b.score.total_cmp(&a.score));
         causes.extend(rest);
-        Naming {
+        Identification {
             causes,
             extended: stage.model,
-            alarm: naming.alarm,
+            alarm: identification.alarm,
             structure: structure.map(described),
             unexplained: self.objects(structure, &[]),
             refused_at_first: at_first,
         }
     }
 
-    /// The candidates that are neither named nor objected to.
+    /// The candidates that are neither identified nor rejected.
     fn rest(&self, judged: &[Judged], rejected: &[Cause]) -> Vec<Cause> {
         let is_open = |j: &&Judged| {
             let same = |c: &Cause| c.candidate.place == j.candidate.place;
@@ -181,9 +185,9 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
     type Stage = Stage<'a>;
     type Scale = SizeScale;
 
-    fn rules(&self) -> NamingRules {
+    fn rules(&self) -> IdentificationRules {
         let t = self.ride.tuning;
-        NamingRules { alarm: t.alarm, equivalent: t.equivalent, independent: None }
+        IdentificationRules { alarm: t.alarm, equivalent: t.equivalent, independent: None }
     }
 
     /// Extensions are looked for from near the base ([`Base::starting_point`]).
@@ -205,7 +209,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         stage.judge(&self.ride)
     }
 
-    fn refits(&self, stage: &Stage<'a>, judged: &[Judged], _: &[Cause]) -> Joint<Base> {
+    fn refits(&self, stage: &Stage<'a>, judged: &[Judged], _: &[Cause]) -> JointFits<Base> {
         let (ride, tuning) = (&self.ride, self.ride.tuning);
         let mut gated: Vec<&Judged> = judged
             .iter()
@@ -213,13 +217,13 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             .collect();
         let mut refused: Refusals =
             gated.iter().map(|j| (j.candidate.name, Refusal::NotFitted)).collect();
-        // those that can be named first
+        // those that can be identified first
         gated.sort_by(|a, b| self.alarms(b).cmp(&self.alarms(a)).then(b.gain.total_cmp(&a.gain)));
         gated.truncate(tuning.refitted);
         let least = tuning.far * gated.first().map_or(0.0, |j| j.gain);
         gated.retain(|j| j.gain > least);
         if gated.is_empty() {
-            return Joint { refits: Vec::new(), refused };
+            return JointFits { refits: Vec::new(), refused };
         }
         refused.retain(|name, _| gated.iter().all(|j| j.candidate.name != *name));
         let more: Vec<Parameter> = gated.iter().map(|j| ride.parameter(&j.candidate)).collect();
@@ -246,7 +250,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         refused.extend(beyond.into_iter().map(implausible));
         let mut refits: Vec<Refit<Base>> = within.into_iter().map(|(_, refit)| refit).collect();
         refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Joint { refits, refused }
+        JointFits { refits, refused }
     }
 
     fn refuses(&self, stage: &Stage<'a>, refit: &Refit<Base>, _: &[Cause]) -> Option<Refusal> {
@@ -271,7 +275,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         Stage::next(&self.ride, self.memory, &refit.model, open, &stage, named)
     }
 
-    /// Further structure is held against fault-free simulations on the model with the causes: what a large cause
+    /// Further structure is compared with fault-free simulations on the model with the causes: what a large cause
     /// leaves of itself it leaves there too.
     fn confirm(
         &self,
@@ -314,13 +318,13 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         self.by_cell(&blocks(self.ride.samples, &self.start.base.values))
     }
 
-    fn extended_residuals(&self, naming: &Naming<Base>) -> CellResiduals {
-        self.by_cell(&blocks(self.ride.samples, &naming.extended.values))
+    fn extended_residuals(&self, identification: &Identification<Base>) -> CellResiduals {
+        self.by_cell(&blocks(self.ride.samples, &identification.extended.values))
     }
 
     fn noise_factors(&self, before: &Rms) -> Vec<f64> {
         let ratio = |(cell, (size, _)): (&_, &(f64, usize))| {
-            let largest = self.calibration.floor.get(cell).map_or(0.0, |f| f[1]);
+            let largest = self.calibration.noise_rms.get(cell).map_or(0.0, |f| f[1]);
             size / largest.max(f64::MIN_POSITIVE)
         };
         (0..CHANNELS.len())
@@ -362,11 +366,11 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         self.calibration
     }
 
-    fn held_out_gains(&self, naming: &Naming<Base>) -> [f64; 2] {
+    fn held_out_gains(&self, identification: &Identification<Base>) -> [f64; 2] {
         let (samples, base) = (self.ride.samples, &self.start.base);
         let before = LeftOut::new(base, samples).loss();
         // by the base's own scale: the extended model knows less noise
-        let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
+        let extended = Base { sigma: base.sigma, ..identification.extended.clone() };
         let known = &extended.parameters;
         let others: Vec<_> = self
             .ride
@@ -375,14 +379,18 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             .map(Effect::parameter)
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
-        // from where the named ones are it is not far
+        // the fit with the identified causes is near
         let everything = extended.extended(samples, &others, 2);
         [&extended, &everything].map(|model| 2.0 * (before - LeftOut::new(model, samples).loss()))
     }
 
-    fn unexplained(&self, naming: &Naming<Base>, _: &[DiscrepancyRow]) -> Option<Unexplained> {
+    fn unexplained(
+        &self,
+        identification: &Identification<Base>,
+        _: &[DiscrepancyRow],
+    ) -> Option<Unexplained> {
         let Structure { description, times } =
-            naming.structure.as_ref().filter(|_| naming.unexplained)?;
+            identification.structure.as_ref().filter(|_| identification.unexplained)?;
         Some(Unexplained {
             score: *times,
             parameter: "structure",

@@ -38,7 +38,7 @@ const TIMES: usize = 8;
 /// row.
 const STRAINED: f64 = 2.5;
 
-/// The nominal model of a ride, or what is left for it beside identified causes.
+/// Coefficients of a ride with the nominal model alone, or with the identified causes.
 #[derive(Debug)]
 pub struct Nominal {
     /// The model, with the causes in its values.
@@ -118,7 +118,10 @@ pub fn estimates(
             match size.abs() > FAR * effects[e].typical.abs() / more[e].scale
                 && size.abs() > SURE * error
             {
-                true => refitted(samples, base, &linear, b + e, &all).unwrap_or(first),
+                // an impossible size is another optimum: it would look like a change beside a ride that stayed in the first
+                true => refitted(samples, base, &linear, b + e, &all)
+                    .filter(|size| effects[e].in_bounds(*size))
+                    .unwrap_or(first),
                 false => first,
             }
         })

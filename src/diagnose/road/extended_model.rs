@@ -1,25 +1,25 @@
-//! The extended model that a diagnosis leaves behind.
+//! The extended model that a diagnosis writes.
 
 use super::base::Base;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
-use crate::diagnose::cause::Naming;
+use crate::diagnose::cause::Identification;
 use crate::fit::{Solution, coefficients};
 use crate::pipeline::{Characterised, Pipeline, characterise};
 use crate::simulate::effects::extended_model::{Coefficient, Estimate, ExtendedModel};
 use crate::store::tables::rows::{Ident, Provenance};
 use crate::tyre::formulation::Formulation;
 
-/// The named and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
+/// The identified and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
 /// without them: the same that `run --model` finds. `ridden` is the session as it was characterised, where it was.
 pub(crate) fn extended_model(
-    naming: &Naming<Base>,
+    identification: &Identification<Base>,
     ident: &Ident,
     (session, ridden): (&Session, Option<&Characterised>),
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> ExtendedModel {
-    let effects = naming.named().map(|cause| {
+    let effects = identification.named().map(|cause| {
         let unit = cause.candidate.unit.to_owned();
         let estimate = Estimate { value: cause.value(), std_error: cause.std_error(), unit };
         (cause.candidate.name.to_owned(), estimate)

@@ -18,18 +18,18 @@ impl Key {
 
 /// Results by what they were made from; by default none is kept and each is made whenever it is needed.
 #[derive(Debug)]
-pub(crate) struct Kept<T>(Option<Mutex<HashMap<Key, Arc<T>>>>);
+pub(crate) struct Memo<T>(Option<Mutex<HashMap<Key, Arc<T>>>>);
 
-impl<T> Default for Kept<T> {
+impl<T> Default for Memo<T> {
     fn default() -> Self {
-        Kept(None)
+        Memo(None)
     }
 }
 
-impl<T> Kept<T> {
+impl<T> Memo<T> {
     /// Keeps every result from now on.
     pub(crate) fn keeping() -> Self {
-        Kept(Some(Mutex::default()))
+        Memo(Some(Mutex::default()))
     }
 
     /// Whether it keeps them.
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn a_result_is_made_once_where_results_are_kept() {
-        let made = |kept: &Kept<f64>, from: f64| {
+        let made = |kept: &Memo<f64>, from: f64| {
             let mut made = false;
             assert_eq!(
                 *kept.get_or(&from, || {
@@ -68,12 +68,12 @@ mod tests {
             );
             made
         };
-        let kept = Kept::keeping();
+        let kept = Memo::keeping();
         // two numbers that differ in the last bit are not the same
         assert_eq!(
             [0.3, 0.1 + 0.2, 0.3, 0.1 + 0.2].map(|x| made(&kept, x)),
             [true, true, false, false]
         );
-        assert_eq!([0.3, 0.3].map(|x| made(&Kept::default(), x)), [true, true]);
+        assert_eq!([0.3, 0.3].map(|x| made(&Memo::default(), x)), [true, true]);
     }
 }

@@ -10,7 +10,7 @@ use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 
 /// Size of an effect, found on the whole ride.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Found {
+pub(crate) struct SizedCause {
     /// The parameter that it moves.
     pub parameter: Parameter,
     /// Its size over that which a fit gives it.
@@ -61,13 +61,13 @@ impl<'a> LeftOut<'a> {
     /// The model fitted without a fold. Where effects were found they get what was found: the
     /// fold's fit over the share that fits give, within the interval, beyond which a small share tells nothing. The
     /// base is fitted beside them.
-    pub(crate) fn without(&self, out: usize, found: &[Found]) -> Parameters {
+    pub(crate) fn without(&self, out: usize, found: &[SizedCause]) -> Parameters {
         let (mut values, _) = self.fit_without(out);
         if found.is_empty() {
             return values;
         }
         let start = &self.model.start;
-        for Found { parameter: p, share, interval: [low, high] } in found {
+        for SizedCause { parameter: p, share, interval: [low, high] } in found {
             let size = (share * (p.get(&values) - p.get(start))).clamp(*low, *high);
             p.set(&mut values, p.get(start) + size);
         }

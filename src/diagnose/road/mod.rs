@@ -3,17 +3,17 @@
 //! ```text
 //! session -> samples -> residuals of the nominal model -> base fit -> scan of every effect
 //!                                                        |              |
-//!                     replay + noise = fault-free simulations -> the same -> calibration -> naming
+//!                     replay + noise = fault-free simulations -> the same -> calibration -> identification
 //! ```
 //!
 //! The nominal model is the one that [`fit`](crate::fit) characterises, written as eight residuals that
 //! vanish when it is right ([`residuals`]): block means of 0.3 s, channel by channel. [`parameters`] are
 //! every number that enters them, those of the base and those of the [`effects`](crate::simulate::effects) that the
-//! base leaves out. What a candidate must score to be named is not computed but measured: on the same
+//! base leaves out. The score that identifies a candidate is not computed but measured: on the same
 //! ride, simulated on the nominal model alone, and once a cause is identified on the model that has it
 //! ([`null_simulation`]).
 //!
-//! What is left without an explanation is looked for over the variables of the ride ([`structure`]); what
+//! A misfit without an explanation is searched over the variables of the ride ([`structure`]); what
 //! to ride next is computed in [`advice`].
 
 pub(crate) mod advice;

@@ -1,16 +1,15 @@
 //! Calibration on the road: what candidates and residual structure show on fault-free simulations
 //! (`book/src/diagnosis.md`, section 2.4).
 //!
-//! The measured ride is simulated on the fitted model, the base or one with the identified causes
-//! already ([`NullSimulation`]), given all the noise it has, and put through the whole of fit and scan.
-//! What a candidate shows there is bias of the method and noise, not an effect.
+//! The ride is simulated on the fitted model, nominal or with causes, with its own noise ([`NullSimulation`]). Each
+//! simulation passes through fit and scan like the ride. A score there is bias of the method or noise, not an effect.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::kept::{Kept, Key};
+use super::kept::{Key, Memo};
 use super::null_simulation::NullSimulation;
 use super::other_machines::shown;
 use super::other_machines::structure as usual_structure;
@@ -20,19 +19,20 @@ use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
 use super::structure::{self, Term};
-use crate::diagnose::calibration::{Calibration, Cell, Floor, Rms, floor, rms, threshold};
+use crate::contract::verdict::ALARM_ROAD;
+use crate::diagnose::calibration::{Calibration, Cell, NoiseRms, Rms, noise_rms, rms, threshold};
 use crate::simulate::effects::{Effect, PRIOR};
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Largest detection limit, in usual sizes, of an effect that a ride can identify: beyond that no size
 /// within the bounds would be seen.
 pub(crate) const LARGEST_LIMIT: f64 = 4.0;
-/// Standard deviations that a detection limit is from nothing: at it half of the effects are identified.
+/// Detection limit of an effect, in standard deviations of its size.
 const LIMIT: f64 = 3.3;
 /// Uncertainty of a bias, as a share of it: it depends on the noise of the fault-free simulations.
 const BIAS_ERROR: f64 = 0.2;
-/// How many times the threshold a size must be beyond what the fault-free simulations alone scatter by, where
-/// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.
+/// Factor on the threshold of the score without the manoeuvres' own scatter (`1.4 t2` of section 2.4); set by the
+/// prototype.
 const PLAIN: f64 = 1.4;
 
 /// Scale of scores and structure on the road. Sizes are in usual sizes.
@@ -43,8 +43,10 @@ pub struct SizeScale {
     /// Share of a true size that the estimates show, per candidate: the prior holds them back where the
     /// ride says little.
     pub response: Vec<f64>,
-    /// Standard deviation of what the nominal model's own errors show of it, per candidate.
+    /// Standard deviation of the size on fault-free rides of other machines beyond `spread` (`x_j`), per candidate.
     pub unmodelled: Vec<f64>,
+    /// Share of that response that rides of other machines have, per candidate.
+    pub size_share: Vec<f64>,
     /// Median standard error from the manoeuvres' own scatter, per candidate.
     pub scatter: Vec<f64>,
     /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
@@ -74,21 +76,20 @@ pub struct Calibrated {
     pub delta: f64,
     /// Standard error of it: of the fault-free simulations or of the manoeuvres, whichever is larger.
     pub std_error: f64,
-    /// Over one is beyond what fault-free simulations show.
+    /// Score; 19 of 20 fault-free simulations stay below 1.
     pub score: f64,
 }
 
 /// Scores, structure and fit of one fault-free simulation.
 #[derive(Debug)]
-pub(crate) struct Shown {
+pub(crate) struct NullScores {
     scores: Vec<Score>,
     sizes: Rms,
     terms: Vec<Term>,
-    /// Fitted parameters.
     pub fit: Parameters,
 }
 
-impl Shown {
+impl NullScores {
     /// Scores of effects beside a model on the fault-free simulation of a number.
     pub(crate) fn of(
         simulation: &NullSimulation<'_>,
@@ -100,7 +101,7 @@ impl Shown {
         let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
         let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
         let problem = quick.base.problem(&samples);
-        Shown {
+        NullScores {
             scores: scores(&samples, &quick.base, &all, &quick.linear),
             sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
             terms: structure::terms(&samples, &problem, &quick.linear),
@@ -109,37 +110,37 @@ impl Shown {
     }
 }
 
-/// Scores `nulls` fault-free simulations of `model`, the base alone or with effects that were taken in:
-/// whatever else a candidate shows there is none of its own.
+/// Calibration by `nulls` fault-free simulations of `model`, the nominal model or one with causes. A score of any other
+/// candidate there is bias or noise.
 pub fn calibrate(
     simulation: &NullSimulation<'_>,
     model: &Base,
     effects: &[Effect],
     nulls: usize,
 ) -> RoadCalibration {
-    calibrate_keeping(&Kept::default(), Key::of(&""), simulation, model, effects, nulls)
+    calibrate_keeping(&Memo::default(), Key::of(&""), simulation, model, effects, nulls)
 }
 
-/// As [`calibrate`]: what each fault-free simulation shows is taken from what is `kept` of simulations, model and
-/// effects that `key` stands for.
+/// As [`calibrate`], with the scores of earlier calls from `kept`. `key` stands for simulation, model and effects.
 pub(crate) fn calibrate_keeping(
-    kept: &Kept<Shown>,
+    kept: &Memo<NullScores>,
     key: Key,
     simulation: &NullSimulation<'_>,
     model: &Base,
     effects: &[Effect],
     nulls: usize,
 ) -> RoadCalibration {
-    let show = |number| Shown::of(simulation, model, effects, number);
-    let rides: Vec<Arc<Shown>> = (0..nulls)
+    let show = |number| NullScores::of(simulation, model, effects, number);
+    let rides: Vec<Arc<NullScores>> = (0..nulls)
         .into_par_iter()
         .map(|number| kept.get_or(&(key, number), || show(number)))
         .collect();
     let scores: Vec<&[Score]> = rides.iter().map(|s| s.scores.as_slice()).collect();
     let terms: Vec<&[Term]> = rides.iter().map(|s| s.terms.as_slice()).collect();
-    let floor = floor(rides.iter().map(|s| &s.sizes), nulls);
-    let mut out = of_scores(&scores, effects.len(), StructureScale::of(&terms), floor);
+    let noise_rms = noise_rms(rides.iter().map(|s| &s.sizes), nulls);
+    let mut out = of_scores(&scores, effects.len(), StructureScale::of(&terms), noise_rms);
     out.scale.unmodelled = effects.iter().map(|e| shown(e.name).sd).collect();
+    out.scale.size_share = effects.iter().map(|e| shown(e.name).size_share).collect();
     let top = |scores: &&[Score]| {
         (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
     };
@@ -151,12 +152,12 @@ pub(crate) fn calibrate_keeping(
     out
 }
 
-/// The calibration by what every candidate shows on each fault-free simulation.
+/// Calibration from the scores of all candidates on each fault-free simulation.
 fn of_scores(
     scored: &[&[Score]],
     effects: usize,
     structure: StructureScale,
-    floor: Floor,
+    noise_rms: NoiseRms,
 ) -> RoadCalibration {
     let nulls = scored.len();
     let all = |f: fn(&Score) -> f64| -> Vec<Vec<f64>> {
@@ -166,7 +167,7 @@ fn of_scores(
     let bias: Vec<f64> = deltas.iter().map(|x| median_or_zero(x)).collect();
     let spread: Vec<f64> =
         deltas.iter().zip(&bias).map(|(x, bias)| spread_about(x, *bias).max(1e-9)).collect();
-    // far below the least spread: of what fault-free simulations know nothing, nothing is identifiable
+    // never zero: without response the detection limit is huge, and the effect is not identifiable
     let response: Vec<f64> = all(|s| s.information / (s.information + PRIOR.powi(-2)))
         .iter()
         .map(|shares| median_or_zero(shares).max(1e-15))
@@ -188,12 +189,13 @@ fn of_scores(
         threshold: [largest(true), largest(false)],
         scatter: all(|s| s.std_error).iter().map(|x| median_or_zero(x)).collect(),
         unmodelled: vec![0.0; spread.len()],
+        size_share: vec![1.0; spread.len()],
         spread,
         response,
         structure,
         fits: Vec::new(),
     };
-    Calibration { bias, nulls, largest_scores: Vec::new(), floor, scale }
+    Calibration { bias, nulls, largest_scores: Vec::new(), noise_rms, scale }
 }
 
 /// Mean of the plain and the robust standard deviation.
@@ -214,7 +216,7 @@ impl StructureScale {
             // two degrees of freedom gain two by chance
             .map(|k| (terms.iter().map(|t| t[k].gain).sum::<f64>() / n).max(2.0))
             .collect();
-        // each is held against the others, as a ride is against all of them: its own gain would
+        // each is compared with the others, as a ride is with all of them: its own gain would
         // count in the mean that it is measured by, and the threshold come out too low
         let sums: Vec<f64> = (0..count).map(|k| terms.iter().map(|t| t[k].gain).sum()).collect();
         let unusual = |own: &&[Term]| {
@@ -250,6 +252,7 @@ impl Calibration<SizeScale> {
             response: of(&self.scale.response),
             scatter: of(&self.scale.scatter),
             unmodelled: of(&self.scale.unmodelled),
+            size_share: of(&self.scale.size_share),
             ..self.scale.clone()
         };
         Calibration { bias: of(&self.bias), scale, ..self.clone() }
@@ -260,11 +263,10 @@ impl Calibration<SizeScale> {
     pub fn judging_as(self, other: &Self) -> Self {
         let SizeScale { structure, fits, .. } = self.scale;
         let scale = SizeScale { structure, fits, ..other.scale.clone() };
-        Calibration { nulls: self.nulls, floor: self.floor, scale, ..other.clone() }
+        Calibration { nulls: self.nulls, noise_rms: self.noise_rms, scale, ..other.clone() }
     }
 
-    /// Detection limit of candidate `j`, in usual sizes: 3.3 standard errors over the response, at which
-    /// half are identified.
+    /// Detection limit of candidate `j`, in usual sizes: 3.3 standard errors over the response.
     pub fn limit(&self, j: usize) -> f64 {
         LIMIT * self.error(j, 0.0) / self.scale.response[j]
     }
@@ -276,22 +278,51 @@ impl Calibration<SizeScale> {
         self.scale.spread[j].max(own).hypot(beyond)
     }
 
+    /// The calibration if further riding gave `times` as much information on candidate `j`; what other motorcycles
+    /// show of it stays.
+    #[must_use]
+    pub fn with_information(&self, j: usize, times: f64) -> Self {
+        let mut out = self.clone();
+        let SizeScale { response, spread, scatter, .. } = &mut out.scale;
+        // the response is I / (I + 1/9), the scatter of sizes is as sqrt(I) / (I + 1/9)
+        let before = response[j];
+        response[j] = times * before / (1.0 + (times - 1.0) * before);
+        let share = response[j] / (before * times.sqrt());
+        spread[j] *= share;
+        scatter[j] *= share;
+        out
+    }
+
     /// Whether candidate `j` would show in such a ride at a size within its bounds.
     pub fn is_identifiable(&self, j: usize) -> bool {
         self.limit(j) < LARGEST_LIMIT
     }
 
+    /// Size of candidate `j` whose score is on average that of a cause, in usual sizes: half of the effects of that
+    /// size are identified.
+    pub fn identified_half(&self, j: usize) -> f64 {
+        let SizeScale { response, size_share, scatter, .. } = &self.scale;
+        ALARM_ROAD / self.score_of(j, size_share[j] * response[j], scatter[j])
+    }
+
     /// A real ride's score of candidate `j`.
     pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
-        let SizeScale { scatter, threshold, .. } = &self.scale;
         let delta = score.delta - self.bias[j];
         let std_error = self.error(j, score.std_error);
-        let robust = (delta / std_error).abs() / threshold[0];
-        // manoeuvres that scatter more than in fault-free simulations (pads, gusts) make those too sure
-        let more = (score.std_error / scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
-        let plain = (delta / (more * self.error(j, 0.0))).abs() / (PLAIN * threshold[1]);
-        let score = if self.is_identifiable(j) { robust.max(plain) } else { 0.0 };
+        let own = self.score_of(j, delta, score.std_error);
+        let score = if self.is_identifiable(j) { own } else { 0.0 };
         Calibrated { delta, std_error, score }
+    }
+
+    /// Score of an estimated size of candidate `j` without bias, whose standard error by the scatter of the
+    /// manoeuvres is `own`; both in usual sizes.
+    pub fn score_of(&self, j: usize, delta: f64, own: f64) -> f64 {
+        let SizeScale { scatter, threshold, .. } = &self.scale;
+        let robust = (delta / self.error(j, own)).abs() / threshold[0];
+        // manoeuvres that scatter more than in fault-free simulations (pads, gusts) make those too sure
+        let more = (own / scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
+        let plain = (delta / (more * self.error(j, 0.0))).abs() / (PLAIN * threshold[1]);
+        robust.max(plain)
     }
 }
 
@@ -307,4 +338,48 @@ pub fn cells<'a>(
             own.map(move |(b, r)| ((*kind, c), b, r))
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Candidates that others show less, and more, than noise.
+    fn calibration() -> RoadCalibration {
+        let scale = SizeScale {
+            spread: vec![0.3, 0.1],
+            response: vec![0.9, 0.6],
+            unmodelled: vec![0.1, 0.4],
+            size_share: vec![1.0, 0.5],
+            scatter: vec![0.2, 0.5],
+            threshold: [3.0, 2.5],
+            structure: StructureScale { usual: Vec::new(), threshold: 1.0 },
+            fits: Vec::new(),
+        };
+        let (bias, noise_rms) = (vec![0.1, -0.2], NoiseRms::new());
+        Calibration { bias, nulls: 24, largest_scores: Vec::new(), noise_rms, scale }
+    }
+
+    #[test]
+    fn a_size_that_is_identified_half_of_the_time_scores_as_a_cause_must() {
+        let calibration = calibration();
+        for j in 0..2 {
+            let SizeScale { response, size_share, scatter, .. } = &calibration.scale;
+            let shown = size_share[j] * response[j] * calibration.identified_half(j);
+            let delta = shown + calibration.bias[j];
+            let score = Score { delta, std_error: scatter[j], gain: 0.0, information: 1.0 };
+            let judged = calibration.judge(j, &score);
+            assert!((judged.score - ALARM_ROAD).abs() < 1e-12, "{judged:?}");
+        }
+    }
+
+    #[test]
+    fn four_times_the_information_halves_a_limit_of_noise_but_not_one_of_other_motorcycles() {
+        let calibration = calibration();
+        let [before, after] = [1.0, 4.0]
+            .map(|times| [0, 1].map(|j| calibration.with_information(j, times).identified_half(j)));
+        assert!((before[0] - calibration.identified_half(0)).abs() < 1e-12);
+        let falls = [0, 1].map(|j| after[j] / before[j]);
+        assert!((0.45..0.65).contains(&falls[0]) && falls[1] > falls[0] + 0.1, "{falls:?}");
+    }
 }

@@ -1,6 +1,6 @@
 //! How far the simulation of a ride is off where its hidden effects are known: what a perfect diagnosis would gain.
 
-use super::left_out::Found;
+use super::left_out::SizedCause;
 use super::null_simulation::NullSimulation;
 use super::replays::{Replays, shown, simulated};
 use super::session::{fitted, seed};
@@ -35,10 +35,10 @@ pub fn errors_with_the_truth(
         parameter.set(&mut near.values, parameter.get(&near.start) + size);
     }
     let extended = near.extended(samples, &parameters, ROUNDS);
-    let found: Vec<Found> = parameters
+    let found: Vec<SizedCause> = parameters
         .iter()
         .zip(truth)
-        .map(|(&parameter, &(_, size))| Found { parameter, share: 1.0, interval: [size; 2] })
+        .map(|(&parameter, &(_, size))| SizedCause { parameter, share: 1.0, interval: [size; 2] })
         .collect();
     let seed = seed(&session.meta.session_id);
     let simulation = NullSimulation::new(session, &fitted.ridden.segments, &start.noise, seed);

@@ -14,11 +14,19 @@ const FILE: &str = include_str!("../../../pipelines/other_machines.toml");
 /// Size of an effect on fault-free rides of other machines.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shown {
+pub struct OutOfModelError {
     /// Share of the fault-free simulations' bias that rides have too.
     pub bias_share: f64,
     /// Standard deviation beyond that of the fault-free simulations, in usual sizes.
     pub sd: f64,
+    /// Share of a true size that the estimates show on these machines, of what they show on fault-free simulations.
+    #[serde(default = "whole")]
+    pub size_share: f64,
+}
+
+/// The share where none is learnt.
+const fn whole() -> f64 {
+    1.0
 }
 
 /// Effects and structure on fault-free rides of other machines.
@@ -28,7 +36,7 @@ struct OtherMachines {
     structure: BTreeMap<String, f64>,
     /// Spread and bias of each effect, by its name.
     #[serde(flatten)]
-    effects: BTreeMap<String, Shown>,
+    effects: BTreeMap<String, OutOfModelError>,
 }
 
 static ALL: LazyLock<OtherMachines> = LazyLock::new(|| toml::from_str(FILE).unwrap_or_default());
@@ -40,8 +48,12 @@ pub(crate) fn structure(channel: &str) -> f64 {
 }
 
 /// Size of an effect by name; zero spread if unknown.
-pub fn shown(effect: &str) -> Shown {
-    ALL.effects.get(effect).copied().unwrap_or(Shown { bias_share: 1.0, sd: 0.0 })
+pub fn shown(effect: &str) -> OutOfModelError {
+    ALL.effects.get(effect).copied().unwrap_or(OutOfModelError {
+        bias_share: 1.0,
+        sd: 0.0,
+        size_share: whole(),
+    })
 }
 
 #[cfg(test)]
@@ -57,9 +69,10 @@ mod tests {
             assert!(CHANNELS.contains(&channel.as_str()) && (1.0..20.0).contains(times));
             assert_eq!(structure(channel), *times);
         }
-        for (name, Shown { bias_share, sd }) in all.effects {
+        for (name, OutOfModelError { bias_share, sd, size_share }) in all.effects {
             assert!(crate::simulate::effects::ALL.iter().any(|e| e.name == name), "{name}");
             assert!((0.1..=1.0).contains(&bias_share) && (0.0..10.0).contains(&sd), "{name}");
+            assert!((0.1..=1.0).contains(&size_share), "{name}");
         }
     }
 }

@@ -92,7 +92,6 @@ pub struct Parameter {
     pub scale: f64,
     /// Prior standard deviation, in scales.
     pub prior: f64,
-    /// Where it is.
     pub place: Place,
     /// Residuals that it acts on; whether attitudes depend on it follows from their
     /// [`Posture`](super::attitude::Posture).
@@ -109,7 +108,6 @@ pub enum Place {
 }
 
 impl Parameter {
-    /// Reads it.
     pub fn get(&self, values: &Parameters) -> f64 {
         match self.place {
             Place::Base(get, _) => get(values),
@@ -117,7 +115,6 @@ impl Parameter {
         }
     }
 
-    /// Puts it.
     pub fn set(&self, values: &mut Parameters, value: f64) {
         match self.place {
             Place::Base(_, set) => set(values, value),
@@ -292,7 +289,7 @@ impl Parameters {
     }
 
     /// Centre of the priors: that of the characterisation, but for the cornering
-    /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
+    /// stiffness. In a quasi-static corner a wrong side-force ratio gives a stiffness that is as wrong,
     /// and only what tyres usually have speaks against it.
     #[must_use]
     pub fn prior_centre(&self) -> Self {

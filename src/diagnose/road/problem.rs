@@ -26,13 +26,11 @@ const ARRIVED: f64 = 5e-3;
 /// A loss over some parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a> {
-    /// Measured signals.
     pub samples: &'a Samples,
     /// Centre of the priors.
     pub start: &'a Parameters,
     /// Standard deviations of the channels.
     pub sigma: [f64; 8],
-    /// Fitted parameters.
     pub parameters: &'a [Parameter],
     /// Added to the residuals: noise of a fault-free simulation.
     pub extra: Option<&'a Blocks>,

@@ -106,7 +106,7 @@ pub(crate) const CHANNELS: [Channel; 9] = [
 ];
 
 /// The session as a perfect logger would have recorded it; NaN between manoeuvres where it is simulated
-/// from them, and in bends that the model cannot ride. Pressures and heading stay the measured ones.
+/// from them, and in corners that the model cannot ride. Pressures and heading stay the measured ones.
 pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From) -> Session {
     let measured = Measured::of(session, segments);
     let (n, dt) = (session.len, 1.0 / session.rate);
@@ -116,7 +116,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let mut down = 0..0;
     for i in 0..n {
         if !(ride.state.roll.abs() < FALLEN && ride.state.vx.is_finite()) {
-            // a bend that the model cannot ride is left out whole
+            // a corner that the model cannot ride is left out whole
             down = measured.bend(i);
             out.iter_mut().for_each(|column| column[down.start..i].fill(f64::NAN));
             (ride.state, ride.action) = (State::default(), Action::default());
@@ -235,7 +235,7 @@ impl Measured {
         both(|k| known(&self.pressures[k], i).max(0.0))
     }
 
-    /// The bend around a sample.
+    /// The corner around a sample.
     fn bend(&self, i: usize) -> Range<usize> {
         let leaned = |i: &usize| self.roll[*i].abs() > UPRIGHT;
         (0..i).rev().take_while(leaned).last().unwrap_or(i)

@@ -6,12 +6,12 @@ use crate::contract::schema;
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::left_out::{Found, LeftOut};
+use super::left_out::{LeftOut, SizedCause};
 use super::null_simulation::NullSimulation;
 use super::samples::Samples;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::diagnose::cause::Naming;
+use crate::diagnose::cause::Identification;
 use crate::diagnose::held_out::FOLDS;
 use crate::statistics::smooth::smooth;
 use crate::store::tables::rows::{Ident, SimulatedSample};
@@ -30,14 +30,14 @@ pub(crate) const SHOWN: [Channel; 9] = [
 ];
 
 /// `[channel][manoeuvre][sample]`: smoothed signals where they are looked at; empty without the channel.
-pub(crate) type Shown = [Vec<Vec<f64>>; 9];
+pub(crate) type ChannelSamples = [Vec<Vec<f64>>; 9];
 
 /// The signals of a session at the looked-at samples of the manoeuvres that are wanted; of others none.
 pub(crate) fn shown(
     session: &Session,
     simulation: &NullSimulation<'_>,
     of: impl Fn(usize) -> bool,
-) -> Shown {
+) -> ChannelSamples {
     SHOWN.map(|channel| {
         let Some(x) = session.get(channel) else { return Vec::new() };
         let x = smooth(x, session.rate);
@@ -55,10 +55,10 @@ pub(crate) fn simulated(
     samples: &Samples,
     simulation: &NullSimulation<'_>,
     model: &Base,
-    found: &[Found],
-) -> Shown {
+    found: &[SizedCause],
+) -> ChannelSamples {
     let left_out = LeftOut::new(model, samples);
-    let folds: Vec<Shown> = (0..FOLDS)
+    let folds: Vec<ChannelSamples> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
             let own = |m: usize| left_out.fold_of.get(m) == Some(&fold);
@@ -76,12 +76,11 @@ pub(crate) fn simulated(
 /// Measured and simulated signals.
 #[derive(Debug)]
 pub(crate) struct Replays {
-    /// As logged.
-    pub measured: Shown,
+    pub measured: ChannelSamples,
     /// On the nominal model.
-    pub base: Shown,
+    pub base: ChannelSamples,
     /// On the extended model; `None` without causes.
-    pub extended: Option<Shown>,
+    pub extended: Option<ChannelSamples>,
 }
 
 impl Replays {
@@ -91,32 +90,32 @@ impl Replays {
         samples: &Samples,
         simulation: &NullSimulation<'_>,
         base: &Base,
-        naming: &Naming<Base>,
+        identification: &Identification<Base>,
     ) -> Self {
         let of = |model: &Base, found: &[_]| simulated(samples, simulation, model, found);
-        let start = &naming.extended.start;
+        let start = &identification.extended.start;
         // a fit gives a share of a size; what was found of it is simulated
-        let found: Vec<Found> = naming
+        let found: Vec<SizedCause> = identification
             .named()
             .filter_map(|cause| {
                 let name = cause.candidate.name;
-                let parameter = *naming.extended.parameters.iter().find(|p| p.name == name)?;
-                let fitted = parameter.get(&naming.extended.values) - parameter.get(start);
+                let parameter =
+                    *identification.extended.parameters.iter().find(|p| p.name == name)?;
+                let fitted = parameter.get(&identification.extended.values) - parameter.get(start);
                 let interval = cause.estimate?.interval()?;
                 let share = cause.value() / fitted;
-                share.is_finite().then_some(Found { parameter, share, interval })
+                share.is_finite().then_some(SizedCause { parameter, share, interval })
             })
             .collect();
         // by the base's own scale: the extended model knows less noise
-        let extended = || Base { sigma: base.sigma, ..naming.extended.clone() };
+        let extended = || Base { sigma: base.sigma, ..identification.extended.clone() };
         Replays {
             measured: shown(session, simulation, |_| true),
             base: of(base, &[]),
-            extended: naming.any_named().then(|| of(&extended(), &found)),
+            extended: identification.any_identified().then(|| of(&extended(), &found)),
         }
     }
 
-    /// The rows.
     pub(crate) fn rows(
         &self,
         rate: f64,
@@ -131,10 +130,12 @@ impl Replays {
         {
             let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());
             for (m, (kind, picks)) in simulation.picks().iter().enumerate() {
-                let at = |x: &Shown, k: usize| x[c].get(m).and_then(|x| x.get(k)).and_then(known);
+                let at = |x: &ChannelSamples, k: usize| {
+                    x[c].get(m).and_then(|x| x.get(k)).and_then(known)
+                };
                 rows.extend(picks.iter().enumerate().map(|(k, &i)| SimulatedSample {
                     ident: ident.clone(),
-                    manoeuvre: m as i64 + 1,
+                    replay_id: m as i64 + 1,
                     kind: kind.name().to_owned(),
                     channel: channel.name().to_owned(),
                     unit: unit.clone().unwrap_or_default(),

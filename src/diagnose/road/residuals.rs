@@ -52,7 +52,7 @@ pub fn blocks(samples: &Samples, values: &Parameters) -> Blocks {
     blocks_of(samples, values, everything, attitude, forces, curve)
 }
 
-/// Block means of the residuals within a reach, of others nil: attitudes by sample and whether it is in a bend,
+/// Block means of the residuals within a reach, of others nil: attitudes by sample and whether it is in a corner,
 /// forces by sample, value and slope of a wheel's friction curve by wheel, sample and slip.
 #[inline(always)]
 pub(super) fn blocks_of<A: Borrow<Attitude>, F: Borrow<Forces>>(
@@ -248,7 +248,7 @@ impl Instant<'_> {
         self.kind == ManoeuvreKind::Cornering
     }
 
-    /// Distance of the centre of mass from the ground along the plane, m; upright where bends do not count.
+    /// Distance of the centre of mass from the ground along the plane, m; upright where corners do not count.
     #[inline(always)]
     fn height(&self) -> f64 {
         match self.cornering() {

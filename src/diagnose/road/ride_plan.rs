@@ -3,21 +3,23 @@
 use serde::Serialize;
 
 use super::advice::{ALIKE, Advice};
-use super::session::{Fitted, fitted};
+use super::null_calibration::RoadCalibration;
+use super::session::{Fitted, Prepared, fitted};
 use crate::contract::file_error::{FileError, FileName};
+use crate::diagnose::settings::Settings;
 use crate::pipeline::Pipeline;
 use crate::pipeline::predicted::{Planned, Predicted, predict};
 use crate::simulate;
-use crate::simulate::effects::ALL;
+use crate::simulate::effects::{ALL, Effect};
 use crate::simulate::motocross::scenario::Motocross;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tour::Tour;
 use crate::simulate::track::Track;
 
-/// Prediction for the first session of a scenario, at best.
+/// Prediction for the first session of a scenario.
 #[derive(Debug, Serialize)]
 pub struct RidePlan {
-    /// The scenario's name.
+    /// Name of the scenario.
     pub scenario: String,
     /// How long the ride is, s; `None` where only side forces are predicted.
     pub duration: Option<f64>,
@@ -34,7 +36,7 @@ pub struct RidePlan {
 pub struct EffectLimit {
     /// Name of the effect.
     pub effect: &'static str,
-    /// Smallest size that is identified half of the time, in `unit`; none where the ride does not show it.
+    /// Smallest size that is identified half of the time, in `unit`; none where no plausible size is.
     pub limit: Option<f64>,
     /// Unit of the limits.
     pub unit: &'static str,
@@ -46,14 +48,13 @@ pub struct EffectLimit {
     pub base_cosine: Option<f64>,
     /// Additional riding that lowers the limit most.
     pub set: Option<&'static str>,
-    /// The limit with that riding, in `unit`.
+    /// The limit with that riding, in `unit`; none where no plausible size is identified even so.
     pub limit_after: Option<f64>,
 }
 
 /// Two effects of which the ride shows nearly the same.
 #[derive(Debug, Serialize)]
 pub struct AlikePair {
-    /// The effects.
     pub pair: [&'static str; 2],
     /// Cosine of their responses.
     pub cosine: f64,
@@ -116,24 +117,29 @@ fn shown(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, FileError>
         .map_err(|why| FileName::new("scenario", &scenario.name).wrong(why.message))?;
     let Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, pipeline);
+    // the limits are those that a diagnosis of the ride would have
+    let settings = Settings::default();
+    let prepared = Prepared::new(&fitted, &settings);
     Ok(RidePlan {
         duration: Some(session.duration()),
         side_forces: Vec::new(),
-        effects: effect_limits(&advice),
+        effects: effect_limits(&advice, prepared.calibration()),
         pairs: alike_pairs(&advice),
         scenario: scenario.name,
     })
 }
 
-fn effect_limits(advice: &Advice) -> Vec<EffectLimit> {
+fn effect_limits(advice: &Advice, calibration: &RoadCalibration) -> Vec<EffectLimit> {
     ALL.iter()
         .enumerate()
         .map(|(j, effect)| {
-            let usual = Some(advice.own.limit(j)).filter(|x| x.is_finite());
+            let usual = smallest(effect, j, calibration);
             let size = effect.typical.abs();
             let change = advice.best_detection(effect.name);
-            let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
-            let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
+            let after = change.and_then(|c| {
+                let times = (c.separation[1] / c.separation[0]).powi(2);
+                smallest(effect, j, &calibration.with_information(j, times))
+            });
             EffectLimit {
                 effect: effect.name,
                 limit: usual.map(|x| x * size),
@@ -142,10 +148,18 @@ fn effect_limits(advice: &Advice) -> Vec<EffectLimit> {
                 base: advice.own.taken[j].map(|t| t.0),
                 base_cosine: advice.own.taken[j].map(|t| t.1),
                 set: change.map(|c| c.set),
-                limit_after: after,
+                limit_after: after.map(|x| x * size),
             }
         })
         .collect()
+}
+
+/// Smallest size of effect `j` that is identified half of the time, in usual ones; none where that is not plausible.
+fn smallest(effect: &Effect, j: usize, calibration: &RoadCalibration) -> Option<f64> {
+    let usual = calibration.identified_half(j);
+    let plausible = |sign: f64| effect.in_bounds(sign * usual * effect.typical);
+    let is_identified = calibration.is_identifiable(j) && (plausible(1.0) || plausible(-1.0));
+    is_identified.then_some(usual)
 }
 
 fn alike_pairs(advice: &Advice) -> Vec<AlikePair> {

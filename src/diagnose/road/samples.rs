@@ -100,7 +100,6 @@ samples! {
 }
 
 impl Samples {
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.time.len()
     }
@@ -110,7 +109,6 @@ impl Samples {
         self.time.is_empty()
     }
 
-    /// Number of blocks.
     pub fn blocks(&self) -> usize {
         self.len() / self.block
     }

@@ -20,7 +20,7 @@ const KNOWN: f64 = 4.0;
 /// independent simulator without a fault, whose lever arm follows a tyre on another suspension, differs by 0.3 %.
 const INCONSTANT: f64 = 0.005;
 /// Fewest manoeuvres that a spread is made from.
-const FEWEST: usize = 4;
+const MIN_MANOEUVRES: usize = 4;
 
 /// Spreads between manoeuvres.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -127,7 +127,7 @@ impl Scatter {
 
 /// Standard deviation of values beyond what each is uncertain by, by medians.
 fn spread(known: &[(f64, f64)]) -> Option<f64> {
-    if known.len() < FEWEST {
+    if known.len() < MIN_MANOEUVRES {
         return None;
     }
     let median_of =

@@ -31,7 +31,6 @@ const TIMES: [f64; 2] = [0.4, 8.0];
 /// First-order drift of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drift {
-    /// The signal.
     pub channel: Channel,
     /// Standard deviation, in the channel's unit.
     pub sd: f64,
@@ -95,7 +94,7 @@ fn of_signal(
 ) -> Option<Drift> {
     let mut changes: [Vec<f64>; 3] = Default::default();
     let spans = SPANS.map(|s| (s * sampling) as usize);
-    // in a bend each velocity's drift turns into the other's
+    // in a corner each velocity's drift turns into the other's
     for segment in segments.iter().filter(|s| s.used && s.kind != ManoeuvreKind::Cornering) {
         let end = segment.end.min(x.len());
         let mut sum = 0.0;

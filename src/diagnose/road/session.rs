@@ -15,14 +15,15 @@ use super::null_simulation::NullSimulation;
 use super::parameters::Parameters;
 use super::replays::Replays;
 use super::samples::{BLOCK, RATE, Samples};
+use super::scan::{Score, scan};
 use super::simulation_errors::simulation_errors;
-use super::stage::{Memory, Ride};
+use super::stage::{DiagnosisCache, Ride};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
 use crate::contract::verdict::Verdict;
-use crate::diagnose::cause::{Cause, Naming, Objection};
+use crate::diagnose::cause::{Cause, Identification, Objection};
 use crate::diagnose::engine::identify_causes;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::tables;
@@ -42,7 +43,7 @@ use crate::tyre::formulation::Formulation;
 /// Name of the effect that characterising a ride corrects as well.
 const LATENCY: &str = "latency";
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
-const FEWEST: usize = 100;
+const MIN_BLOCKS: usize = 100;
 /// Rise of the simulation's errors as a whole, in logarithms, from which the causes are withdrawn. Without the
 /// noise in it right names of 12 rides of `examples/gains` change them by -1.2 to -0.01 and one by +0.12, wrong
 /// ones of 6 by +0.07 to +0.29.
@@ -54,7 +55,7 @@ pub struct RoadDiagnosis {
     /// Session, bike and start.
     pub ident: Ident,
     /// Candidates with their verdicts.
-    pub naming: Naming<Base>,
+    pub identification: Identification<Base>,
     /// The base that they extend.
     pub base: Base,
     /// Calibration by fault-free simulations.
@@ -73,7 +74,6 @@ pub struct RoadDiagnosis {
     pub estimates: Vec<EstimateRow>,
     /// Rows of `effect_traces`.
     pub effect_traces: Vec<EffectTrace>,
-    /// The extended model.
     pub model: ExtendedModel,
     /// Where, by whom and on what tyres it was ridden.
     pub circumstances: Circumstances,
@@ -87,8 +87,9 @@ impl RoadDiagnosis {
     /// Whether its sizes are pooled with those of other sessions with their own errors: nothing stays
     /// unexplained, nor an alarm without a name.
     pub fn is_poolable(&self) -> bool {
-        let sound = self.naming.any_named() || self.naming.alarm <= RoadTuning::default().alarm;
-        sound && !self.naming.unexplained
+        let sound = self.identification.any_identified()
+            || self.identification.alarm <= RoadTuning::default().alarm;
+        sound && !self.identification.unexplained
     }
 
     /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
@@ -96,8 +97,8 @@ impl RoadDiagnosis {
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
         let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
         // a base that was dragged astray has no way back to a large effect: from the causes, too
-        let mut elsewhere = self.naming.extended.values.clone();
-        for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
+        let mut elsewhere = self.identification.extended.values.clone();
+        for p in &self.identification.extended.parameters[self.base.parameters.len()..] {
             p.set(&mut elsewhere, p.get(&self.base.start));
         }
         let from = |values: Parameters| {
@@ -136,7 +137,6 @@ pub struct Fitted<'a> {
     pub ridden: Characterised,
     /// The samples in use.
     pub samples: Samples,
-    /// The nominal model.
     pub base: Base,
     /// Latency of the velocity that characterising the ride finds and corrects, s; nil where it finds none. The base
     /// does not know of it.
@@ -172,11 +172,11 @@ pub fn fitted<'a>(
     };
     let session = dive::level(&session, bike).map_or(session, Cow::Owned);
     let samples = Samples::gather(&session, segments);
-    if samples.blocks() < FEWEST {
+    if samples.blocks() < MIN_BLOCKS {
         let message = format!(
             "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
             samples.len() as f64 / RATE,
-            (FEWEST * BLOCK) as f64 / RATE
+            (MIN_BLOCKS * BLOCK) as f64 / RATE
         );
         return Err(refuse(RejectionCode::TooFewManoeuvres, message));
     }
@@ -185,7 +185,7 @@ pub fn fitted<'a>(
     Ok(Fitted { session, ridden, samples, base, latency })
 }
 
-/// A fitted session with its fault-free simulations: all that naming needs but its constants.
+/// A fitted session with its fault-free simulations: all that the identification needs but its constants.
 #[derive(Debug)]
 pub struct Prepared<'a> {
     fitted: &'a Fitted<'a>,
@@ -193,7 +193,7 @@ pub struct Prepared<'a> {
     start: Start,
     simulation: Arc<NullSimulation<'a>>,
     calibration: RoadCalibration,
-    memory: Memory<'a>,
+    memory: DiagnosisCache<'a>,
 }
 
 impl<'a> Prepared<'a> {
@@ -207,16 +207,16 @@ impl<'a> Prepared<'a> {
         let simulation = NullSimulation::new(session, segments, &start.noise, seed)
             .with_parameters(&start.near.values);
         let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
-        let (simulation, memory) = (Arc::new(simulation), Memory::default());
+        let (simulation, memory) = (Arc::new(simulation), DiagnosisCache::default());
         Prepared { fitted, effects, start, simulation, calibration, memory }
     }
 
-    /// With what one naming computes kept for the next, so that many by different constants take little
+    /// With the intermediate results of one identification kept for the next, so that many with different constants take little
     /// longer than one. A simulated ride is as large as the session, and there are a few for every cause.
     #[must_use]
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn keeping(self) -> Self {
-        Prepared { memory: Memory::keeping(), ..self }
+        Prepared { memory: DiagnosisCache::keeping(), ..self }
     }
 
     fn engine<'b>(&'b self, tuning: &'b RoadTuning) -> RoadEngine<'b, 'a> {
@@ -224,9 +224,20 @@ impl<'a> Prepared<'a> {
         RoadEngine::new(ride, &self.memory, &self.start, &self.calibration, &self.simulation)
     }
 
+    /// Scale of the candidates' scores.
+    pub fn calibration(&self) -> &RoadCalibration {
+        &self.calibration
+    }
+
+    /// Sizes of all candidates to first order.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for studies
+    pub fn scores(&self) -> Vec<Score> {
+        scan(&self.fitted.samples, &self.start.near, self.effects)
+    }
+
     /// The causes under some constants.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-    pub fn naming(&self, tuning: &RoadTuning) -> Naming<Base> {
+    pub fn identification(&self, tuning: &RoadTuning) -> Identification<Base> {
         identify_causes(&self.engine(tuning))
     }
 }
@@ -250,47 +261,47 @@ pub fn diagnose(
     let ident = Ident::from(&session.meta);
     let simulation = &prepared.simulation;
     let seed = seed(&session.meta.session_id);
-    let simulated = |naming: &Naming<Base>| {
-        let replays = Replays::new(session, samples, simulation, &prepared.start.base, naming);
-        let right = simulation.with_parameters(&naming.extended.values);
+    let simulated = |identification: &Identification<Base>| {
+        let replays =
+            Replays::new(session, samples, simulation, &prepared.start.base, identification);
+        let right = simulation.with_parameters(&identification.extended.values);
         let errors = simulation_errors(&replays, &right, seed, &ident);
         (replays, errors)
     };
-    let mut naming = identify_causes(&engine);
-    let (mut replays, mut simulation_errors) = simulated(&naming);
+    let mut identification = identify_causes(&engine);
+    let (mut replays, mut simulation_errors) = simulated(&identification);
     if worsens(&simulation_errors) {
-        naming = engine.withdrawn(naming, Objection::WorseSimulation);
-        (replays, simulation_errors) = simulated(&naming);
+        identification = engine.withdrawn(identification, Objection::WorseSimulation);
+        (replays, simulation_errors) = simulated(&identification);
     }
     let open = |c: &Cause| match c.verdict {
         Verdict::Ambiguous => true,
         Verdict::NotIdentifiable => settings.advise,
         _ => false,
     };
-    let advice = naming
-        .causes
-        .iter()
-        .any(open)
-        .then(|| Advice::new(session, samples, &naming.extended, effects, bike, pipeline));
-    let discrepancies = tables::discrepancies(&engine, &naming, &ident);
-    let mut causes = tables::causes(&engine, &naming, &discrepancies, &ident);
+    let advice =
+        identification.causes.iter().any(open).then(|| {
+            Advice::new(session, samples, &identification.extended, effects, bike, pipeline)
+        });
+    let discrepancies = tables::discrepancies(&engine, &identification, &ident);
+    let mut causes = tables::causes(&engine, &identification, &discrepancies, &ident);
     corrected_already(&mut causes, fitted.latency);
     if let Some(advice) = &advice {
         let calibration = &prepared.calibration;
-        advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
+        advice::amend(&mut causes, &identification, calibration, advice, settings.advise);
     }
     // where the acceleration was measured, the base fit has characterised the session as it was logged
     let measured = logged.has(Channel::AccelerationX).then_some(&fitted.ridden);
     let replays = replays.rows(session.rate, simulation, &ident);
-    let model = extended_model(&naming, &ident, (logged, measured), bike, pipeline);
+    let model = extended_model(&identification, &ident, (logged, measured), bike, pipeline);
     let circumstances = Circumstances::from(&session.meta);
     let Prepared { start, calibration, .. } = prepared;
-    let identified = naming.named().map(|cause| (cause.candidate.name, cause.value()));
-    let nominal = Nominal::beside(&start.base, &naming.extended, identified, ALL);
+    let identified = identification.named().map(|cause| (cause.candidate.name, cause.value()));
+    let nominal = Nominal::beside(&start.base, &identification.extended, identified, ALL);
     let (estimates, effect_traces) = estimates::estimates(samples, &nominal, ALL, &ident);
     Ok(RoadDiagnosis {
         ident,
-        naming,
+        identification,
         base: start.base,
         calibration,
         advice,

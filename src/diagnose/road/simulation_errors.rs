@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use statrs::function::erf::erf;
 
 use super::null_simulation::NullSimulation;
-use super::replays::{Replays, SHOWN, Shown, shown};
+use super::replays::{ChannelSamples, Replays, SHOWN, shown};
 use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 use crate::store::tables::rows::{Ident, SimulationError};
@@ -19,7 +19,7 @@ const NULLS: usize = 4;
 /// Draws of manoeuvres for an interval.
 const DRAWS: usize = 400;
 /// Fewest manoeuvres that are drawn from.
-const FEWEST: usize = 3;
+const MIN_MANOEUVRES: usize = 3;
 
 /// Rows by channel and kind of manoeuvre; `simulation` is on the model that is taken for right.
 pub(crate) fn simulation_errors(
@@ -28,7 +28,7 @@ pub(crate) fn simulation_errors(
     seed: u64,
     ident: &Ident,
 ) -> Vec<SimulationError> {
-    let nulls: Vec<[Shown; 2]> = (0..NULLS)
+    let nulls: Vec<[ChannelSamples; 2]> = (0..NULLS)
         .into_par_iter()
         .map(|number| simulation.noise_alone(number).map(|s| shown(&s, simulation, |_| true)))
         .collect();
@@ -59,7 +59,7 @@ pub(crate) fn simulation_errors(
 /// One channel in one kind of manoeuvre.
 struct Cell<'a> {
     replays: &'a Replays,
-    nulls: &'a [[Shown; 2]],
+    nulls: &'a [[ChannelSamples; 2]],
     channel: usize,
     manoeuvres: &'a [usize],
 }
@@ -92,14 +92,14 @@ impl Cell<'_> {
     /// Numbers of the row; `None` where nothing can be compared.
     fn row(&self, random: &mut Random) -> Option<SimulationError> {
         let Replays { measured, base, extended } = self.replays;
-        let floor = self.nulls.iter().flat_map(|[m, s]| self.errors(m, [s, s]));
-        let [floor, _] = Errors::sum(floor).rms();
+        let noise_rms = self.nulls.iter().flat_map(|[m, s]| self.errors(m, [s, s]));
+        let [noise_rms, _] = Errors::sum(noise_rms).rms();
         let own: Vec<Errors> =
             self.errors(measured, [base, extended.as_ref().unwrap_or(base)]).collect();
         let [rmse_base, rmse_extended] = Errors::sum(own.iter().copied()).rms();
         let is_compared = extended.is_some();
         let ratio = |of: Errors| of.rms()[1] / of.rms()[0];
-        let interval = (is_compared && own.len() >= FEWEST).then(|| {
+        let interval = (is_compared && own.len() >= MIN_MANOEUVRES).then(|| {
             let mut any =
                 || own[(random.between(0.0, own.len() as f64) as usize).min(own.len() - 1)];
             let mut draws: Vec<f64> =
@@ -107,11 +107,11 @@ impl Cell<'_> {
             draws.sort_by(f64::total_cmp);
             [draws[DRAWS / 40], draws[DRAWS - 1 - DRAWS / 40]]
         });
-        let crps = |x: &Shown| self.crps(measured, x, floor);
-        (rmse_base.is_finite() && floor > 0.0).then(|| SimulationError {
+        let crps = |x: &ChannelSamples| self.crps(measured, x, noise_rms);
+        (rmse_base.is_finite() && noise_rms > 0.0).then(|| SimulationError {
             rmse_base,
             rmse_extended: is_compared.then_some(rmse_extended),
-            noise_floor: floor,
+            noise_floor: noise_rms,
             crps_base: crps(base),
             crps_extended: extended.as_ref().map(crps),
             ratio: is_compared.then_some(rmse_extended / rmse_base),
@@ -125,16 +125,21 @@ impl Cell<'_> {
     /// Measured less simulated of one manoeuvre, sample by sample.
     fn differences<'b>(
         &self,
-        measured: &'b Shown,
-        simulated: &'b Shown,
+        measured: &'b ChannelSamples,
+        simulated: &'b ChannelSamples,
         m: usize,
     ) -> impl Iterator<Item = f64> + 'b {
-        let of = |x: &'b Shown| x[self.channel].get(m).map(Vec::as_slice).unwrap_or_default();
+        let of =
+            |x: &'b ChannelSamples| x[self.channel].get(m).map(Vec::as_slice).unwrap_or_default();
         of(measured).iter().zip(of(simulated)).map(|(measured, simulated)| measured - simulated)
     }
 
     /// Errors of two models in every manoeuvre that can be compared.
-    fn errors(&self, measured: &Shown, models: [&Shown; 2]) -> impl Iterator<Item = Errors> {
+    fn errors(
+        &self,
+        measured: &ChannelSamples,
+        models: [&ChannelSamples; 2],
+    ) -> impl Iterator<Item = Errors> {
         self.manoeuvres.iter().filter_map(move |&m| {
             let [before, after] = models.map(|model| self.differences(measured, model, m));
             let known = before.zip(after).filter(|(a, b)| (a + b).is_finite());
@@ -144,7 +149,7 @@ impl Cell<'_> {
     }
 
     /// Mean continuous ranked probability score of simulations whose error is normal.
-    fn crps(&self, measured: &Shown, model: &Shown, sd: f64) -> f64 {
+    fn crps(&self, measured: &ChannelSamples, model: &ChannelSamples, sd: f64) -> f64 {
         let all = self.manoeuvres.iter().flat_map(|&m| self.differences(measured, model, m));
         let (n, sum) = all
             .filter(|error| error.is_finite())
@@ -184,7 +189,7 @@ mod tests {
 
     #[test]
     fn errors_are_compared_where_both_models_could_be_ridden() {
-        let of = |x: &[f64]| -> Shown {
+        let of = |x: &[f64]| -> ChannelSamples {
             std::array::from_fn(|c| if c == 0 { vec![x.to_vec(); 3] } else { Vec::new() })
         };
         let replays = Replays {

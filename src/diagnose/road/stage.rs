@@ -6,8 +6,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::kept::{Kept, Key};
-use super::null_calibration::{RoadCalibration, Shown, calibrate_keeping};
+use super::kept::{Key, Memo};
+use super::null_calibration::{NullScores, RoadCalibration, calibrate_keeping};
 use super::null_simulation::NullSimulation;
 use super::other_machines::shown;
 use super::parameters::{Parameter, Parameters};
@@ -26,11 +26,8 @@ const TIMES_SIMULATED: usize = 3;
 /// A ride with all its candidates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ride<'a> {
-    /// Measured signals.
     pub samples: &'a Samples,
-    /// Every candidate.
     pub effects: &'a [Effect],
-    /// The tuned constants.
     pub tuning: &'a RoadTuning,
 }
 
@@ -56,7 +53,7 @@ impl Ride<'_> {
         self.effects[candidate.place].parameter()
     }
 
-    /// Size of a candidate in a model, in its unit, beyond what is assumed of it.
+    /// Size of a candidate in a model, in its unit, less its value in the nominal model.
     pub(crate) fn size(&self, candidate: &Candidate, model: &Base) -> f64 {
         let p = self.parameter(candidate);
         p.get(&model.values) - p.get(&model.start)
@@ -67,31 +64,31 @@ impl Ride<'_> {
     }
 }
 
-/// Results that searches of one ride with different constants share; by default nothing is kept.
+/// Results shared by several searches of one ride with different constants; by default nothing is kept.
 #[derive(Debug, Default)]
-pub(crate) struct Memory<'a> {
+pub(crate) struct DiagnosisCache<'a> {
     /// Models fitted to the ride.
-    models: Kept<Base>,
+    models: Memo<Base>,
     /// Scores to first order on a model.
-    scores: Kept<Vec<Score>>,
+    scores: Memo<Vec<Score>>,
     /// The ride simulated on a model.
-    simulations: Kept<NullSimulation<'a>>,
-    /// Results of fault-free simulations.
-    shown: Kept<Shown>,
+    simulations: Memo<NullSimulation<'a>>,
+    /// Scores of fault-free simulations.
+    null_scores: Memo<NullScores>,
 }
 
-impl Memory<'_> {
-    /// Keeps everything.
+impl DiagnosisCache<'_> {
+    /// A cache that keeps all results.
     pub(crate) fn keeping() -> Self {
-        Memory {
-            models: Kept::keeping(),
-            scores: Kept::keeping(),
-            simulations: Kept::keeping(),
-            shown: Kept::keeping(),
+        DiagnosisCache {
+            models: Memo::keeping(),
+            scores: Memo::keeping(),
+            simulations: Memo::keeping(),
+            null_scores: Memo::keeping(),
         }
     }
 
-    /// [`Base::extended`] by some candidates, along the slopes of all of them where these are known.
+    /// [`Base::extended`] by some candidates; `slopes` are the derivatives by all parameters, if known.
     pub(crate) fn extended(
         &self,
         ride: &Ride<'_>,
@@ -157,21 +154,21 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// The next: a model that fits better leaves less noise.
+    /// The stage after a cause has joined the model. The noise is estimated again, as the model fits better.
     ///
-    /// Fault-free simulations of it tell what sizes its causes have. Candidates are held against them only where
-    /// those of the stage before have it that one may be a cause as well: they cost the most.
+    /// Fault-free simulations of it show what sizes its causes have. Candidates are recalibrated only where
+    /// the calibration of the previous stage suggests a further cause: it costs the most time.
     pub(crate) fn next(
         ride: &Ride<'_>,
-        memory: &Memory<'a>,
+        memory: &DiagnosisCache<'a>,
         model: &Base,
         open: Vec<usize>,
         before: &Stage<'a>,
         named: &[Cause],
     ) -> Self {
         // what is simulated to find the sizes serves the calibration, too
-        let own = Memory::keeping();
-        let memory = if memory.shown.is_keeping() { memory } else { &own };
+        let own = DiagnosisCache::keeping();
+        let memory = if memory.null_scores.is_keeping() { memory } else { &own };
         let tuning = ride.tuning;
         let count = before.calibration.nulls.min(tuning.nulls_of_stage);
         let sigma = model.sigma;
@@ -197,8 +194,8 @@ impl<'a> Stage<'a> {
             let simulation = riding(values);
             let key = key_of_shown(noise_of, values, &model, &[]);
             let fit = |number: usize| {
-                let show = || Shown::of(&simulation, &model, &[], number);
-                memory.shown.get_or(&(key, number), show).fit.clone()
+                let show = || NullScores::of(&simulation, &model, &[], number);
+                memory.null_scores.get_or(&(key, number), show).fit.clone()
             };
             (0..count).into_par_iter().map(fit).collect()
         };
@@ -207,7 +204,7 @@ impl<'a> Stage<'a> {
             true => simulation,
             false => riding(&simulated),
         };
-        // candidates as those before would judge them; what is quieter now they judge too low
+        // first scores by the previous calibration, which scores a channel that is quieter now too low
         let place = |e: &usize| before.open.iter().position(|b| b == e);
         let places: Vec<usize> = open.iter().filter_map(place).collect();
         let effects = ride.effects_of(&open);
@@ -229,7 +226,8 @@ impl<'a> Stage<'a> {
         let effects = if alarming { effects.as_slice() } else { &[] };
         let Stage { simulation, model, .. } = &stage;
         let key = key_of_shown(noise_of, &stage.simulated, model, effects);
-        let calibration = calibrate_keeping(&memory.shown, key, simulation, model, effects, count);
+        let calibration =
+            calibrate_keeping(&memory.null_scores, key, simulation, model, effects, count);
         stage.calibration = match alarming {
             true => calibration,
             false => calibration.judging_as(&stage.calibration),
@@ -237,7 +235,6 @@ impl<'a> Stage<'a> {
         stage
     }
 
-    /// Every open candidate.
     pub(crate) fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
         let judged = |(k, (place, score)): (usize, (&usize, &Score))| {
             let (strained, size) = self.strain_gains.get(k).copied().unwrap_or((0.0, 0.0));
@@ -276,9 +273,9 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// The model to simulate for fits to give the sizes that the model's fit gives: a fit that gives half of a
-/// size leaves the other half for another candidate to take up. `fits` are those to fault-free simulations of such a
-/// model. The share is not the same for every size, so that a large one needs more than one step.
+/// Parameters to simulate, so that fits to the simulations return the sizes of the model's own fit. A fit may return
+/// only half of a true size, and the other half must not look like another cause. `fits` gives the fits to fault-free
+/// simulations with some parameters. The returned share depends on the size, so a large one needs several steps.
 fn simulated(
     ride: &Ride<'_>,
     model: &Base,
@@ -304,14 +301,19 @@ fn simulated(
         if !off {
             return before;
         }
-        simulated = around(ride, model, &simulated, named);
+        simulated = refit_with_fixed_sizes(ride, model, &simulated, named);
     }
     simulated
 }
 
-/// A model whose causes have other sizes: the rest of it fitted around them. Fitted around too small a size it would
-/// stand in for what is missing of it.
-fn around(ride: &Ride<'_>, model: &Base, sizes: &Parameters, named: &[Cause]) -> Parameters {
+/// Parameters of a model whose causes have the sizes of `sizes`, all others fitted again with these sizes fixed. The
+/// fit around a size that is too small would make up for the difference.
+fn refit_with_fixed_sizes(
+    ride: &Ride<'_>,
+    model: &Base,
+    sizes: &Parameters,
+    named: &[Cause],
+) -> Parameters {
     let is_cause =
         |p: &Parameter| named.iter().any(|c| ride.parameter(&c.candidate).name == p.name);
     let parameters = model.parameters.iter().filter(|p| !is_cause(p)).copied().collect();
@@ -319,11 +321,10 @@ fn around(ride: &Ride<'_>, model: &Base, sizes: &Parameters, named: &[Cause]) ->
     fixed.extended(ride.samples, &[], 3).values
 }
 
-/// Sizes and their errors from fault-free simulations of the model itself: what a fit makes of a size that is
-/// known there is what it makes of the unknown one here.
+/// Sizes and their errors, corrected by simulations of the model, where the true sizes are known.
 ///
-/// A fit gives a share of a true size beside a bias that is there without it: noise in a regressor holds
-/// it back. The simulations, whose `fits` these are, tell both.
+/// A fit returns a share of a true size, as noise in a regressor attenuates it, plus a bias. `fits` are the fits to these
+/// simulations; they show both.
 pub(crate) fn true_sizes(
     ride: &Ride<'_>,
     model: &Base,
@@ -339,10 +340,10 @@ pub(crate) fn true_sizes(
         let truth = p.get(simulated) - p.get(start);
         let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
         let (centre, sd) = centre_and_spread(&own);
-        // of the simulations' own bias rides have a share
+        // rides have only a share of the simulations' bias
         let whole = cause.bias / shown(cause.candidate.name).bias_share;
         let centre = centre - (whole - cause.bias);
-        // the share, and how well so few simulations tell it; a size within its noise tells nothing of it
+        // the share and its precision; a size within its noise does not show it, and the prior decides
         let precision = (truth / (1.25 * sd)).powi(2) * count;
         let prior = share_prior.powi(-2);
         let seen = precision * (centre - cause.bias) / truth;
@@ -352,7 +353,7 @@ pub(crate) fn true_sizes(
         let of_share = (value - truth) / share / (precision + prior).sqrt();
         match value.is_finite() {
             true => Estimate::linear(value, scatter.hypot(of_share).hypot(model_error * value)),
-            // the model cannot even be ridden: what the fit itself gives
+            // the model cannot be simulated: the fit's own size
             false => {
                 Estimate::linear(fitted - cause.bias, cause.std_error().hypot(model_error * fitted))
             }

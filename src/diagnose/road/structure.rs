@@ -1,4 +1,4 @@
-//! Structure that no candidate explains: what is left of a channel over a variable of the ride
+//! Structure that no candidate explains: a residual as a function of a variable of the ride
 //! (`book/src/diagnosis.md`, section 2.6).
 //!
 //! A term is a channel's residual as a straight line and a parabola of a covariate (Legendre
@@ -27,7 +27,7 @@ pub(crate) const COVARIATES: [&str; 10] = [
 ];
 
 /// Fewest blocks of a channel that a term is made from.
-const FEWEST: usize = 30;
+const MIN_BLOCKS: usize = 30;
 
 /// Structure of one channel over one covariate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,6 @@ pub struct Term {
 }
 
 impl Term {
-    /// In words.
     pub fn description(&self) -> String {
         format!("{} over {}", CHANNELS[self.channel], COVARIATES[self.covariate])
     }
@@ -122,7 +121,7 @@ impl Side {
     fn of(x: &[f64], rows: &[Row], pulls: &[f64]) -> Option<Self> {
         let mut sizes: Vec<f64> = rows.iter().map(|(i, _)| x[*i]).collect();
         sizes.retain(|x| x.is_finite());
-        if sizes.len() < FEWEST {
+        if sizes.len() < MIN_BLOCKS {
             return None;
         }
         let (last, off) = (sizes.len() - 1, sizes.len() / 100);

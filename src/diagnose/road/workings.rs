@@ -1,7 +1,7 @@
 //! Intermediate results of the residuals, kept for a linearisation in sixty parameters: for each parameter only the
 //! parts that it acts on are computed again.
 
-use super::attitude::{Attitude, Known, Posture};
+use super::attitude::{Attitude, Posture, ReusableTerms};
 use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, Forces, Instant, blocks_of};
 use super::samples::Samples;
@@ -60,7 +60,7 @@ impl<'a> LinearisationCache<'a> {
         parameter.set(&mut near, value);
         let posture = Posture::of(&near);
         let reach = if posture == self.posture { parameter.reach } else { Reach::ATTITUDE };
-        let known = Known::of(&self.posture, &posture);
+        let known = ReusableTerms::of(&self.posture, &posture);
         let attitude = |i: usize, cornering| {
             let known = Some(known(&self.attitudes[i]));
             Attitude::near(self.samples, &posture, i, cornering, known)

@@ -94,7 +94,6 @@ impl Notes {
 }
 
 impl Kinematics {
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.mu.len()
     }
@@ -214,8 +213,8 @@ impl Kinematics {
             (None, None) => {
                 self.lost = [true; 5];
                 (self.xd, self.xdd) = (vec![f64::NAN; n], vec![0.0; n]);
-                let message = "velocity_x and wheel_speed_front are missing: nothing tells the \
-                               forward acceleration, and no force can be estimated without";
+                let message = "velocity_x and wheel_speed_front are missing: the forward \
+                               acceleration is unknown, and no force can be estimated without it";
                 notes.put("row_lost", Channel::VelocityX, message.into());
                 return;
             }
@@ -249,8 +248,8 @@ impl Kinematics {
         if used.is_empty() {
             self.lost = [self.lost[0], true, true, true, true];
             (self.zd, self.zdd) = (vec![f64::NAN; n], vec![0.0; n]);
-            let message = "no accelerometer along the chassis' z axis: nothing tells the vertical \
-                           acceleration";
+            let message = "no accelerometer along the chassis' z axis: the vertical acceleration \
+                           is unknown";
             notes.put("row_lost", Channel::ChassisAccelerationZ, message.into());
             return;
         }
@@ -408,7 +407,9 @@ impl Kinematics {
             _ => ("shock", "the swing arm's balance about its pivot"),
         };
         let Some(travel) = column(channel) else {
-            let message = format!("{channel} is missing: without the {row}'s force {end} is lost");
+            let message = format!(
+                "{channel} is missing: without the {row}'s force {end} cannot be estimated"
+            );
             notes.put("row_lost", channel, message);
             return None;
         };
@@ -418,7 +419,8 @@ impl Kinematics {
             let lowest = travel.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::min);
             let message = format!(
                 "{channel}: {:.0} % of the samples are more than 10 mm below full extension, the \
-                 lowest is {:.0} mm; its zero or its sign is wrong, it is left out: {end} is lost",
+                 lowest is {:.0} mm; its zero or its sign is wrong, it is left out: {end} cannot \
+                 be estimated",
                 100.0 * below as f64 / present as f64,
                 1000.0 * lowest
             );
@@ -471,8 +473,8 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
         if median < -0.5 * GRAVITY {
             let message = format!(
-                "{channel}: its median is {median:.1} m/s2; an accelerometer at rest shows +9.8 along \
-                 the upward axis: the sign is wrong, the channel is left out"
+                "{channel}: its median is {median:.1} m/s2; an accelerometer at rest shows +9.8 \
+                 along the upward axis: the sign is wrong, and the channel is left out"
             );
             notes.put("sign_acceleration", channel, message);
             return None;
@@ -487,8 +489,8 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
         }
         if median < 0.5 * GRAVITY {
             let message = format!(
-                "{channel}: its median is {median:.1} m/s2: gravity was taken out of it before, and \
-                 is put back with the pitch"
+                "{channel}: its median is {median:.1} m/s2: gravity was already removed from it, \
+                 and is added back with the pitch"
             );
             notes.put("gravity_removed", channel, message);
             return Some(x.iter().zip(mu).map(|(a, mu)| -(a + GRAVITY * mu.cos())).collect());

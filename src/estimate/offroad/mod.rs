@@ -120,9 +120,7 @@ impl Config {
 /// The estimate of one session.
 #[derive(Debug, Clone)]
 pub struct Estimate {
-    /// The bike.
     pub machine: PlanarMotorcycle,
-    /// The seventeen variables.
     pub kinematics: Kinematics,
     /// Wheels off the ground.
     pub contact: Contact,
@@ -136,7 +134,6 @@ pub struct Estimate {
 /// Result of one rider model.
 #[derive(Debug, Clone)]
 pub struct RiderEstimate {
-    /// The model.
     pub rider: Rider,
     /// On the bike, ground axes.
     pub forces: Forces,
@@ -165,8 +162,8 @@ pub fn run(
     warnings.extend(synchrony::check(session, &kinematics, &machine, config.max_lag));
     let contact = Contact::detect(&kinematics, &machine, &config.contact);
     if kinematics.lost[3] || kinematics.lost[4] {
-        let message = "the flights of a wheel without its row of the equations cannot be found: both \
-                       wheels count as off while the bike weighs next to nothing";
+        let message = "the flights of a wheel without its row of the equations cannot be found: \
+                       both wheels count as off the ground while the loads are near zero";
         warnings.push(warning("flights_by_load", 1, None, message.to_owned()));
     }
     let ridden = rider_forces(&machine, &kinematics, &contact, config, &mut warnings)?;
@@ -174,7 +171,7 @@ pub fn run(
     let unavailable = solver.unavailable();
     if !unavailable.is_empty() {
         let message = format!(
-            "the channels that are left do not determine {}; all other forces are estimated",
+            "the remaining channels do not determine {}; all other forces are estimated",
             unavailable.join(", ")
         );
         warnings.push(warning("force_unavailable", unavailable.len(), None, message));

@@ -85,7 +85,6 @@ impl TyreForces {
         [&self.n_f, &self.n_r, &self.b_f, &self.b_r, &self.d_r]
     }
 
-    /// Number of samples.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub fn len(&self) -> usize {
         self.n_f.len()

@@ -222,7 +222,7 @@ const MEDIAN: f64 = 1.2533;
 /// Widest half interval over the value that is called determined.
 const WIDEST: f64 = 0.5;
 /// Fewest segments of a reliable interval.
-const FEWEST: usize = 4;
+const MIN_SEGMENTS: usize = 4;
 
 fn coefficient(
     friction: &Friction,
@@ -259,11 +259,11 @@ fn coefficient(
                 ),
             )),
         ),
-        n if n < FEWEST => (
+        n if n < MIN_SEGMENTS => (
             Status::PoorlyDetermined,
             Some(Reason::new(
                 ReasonCode::FewManoeuvres,
-                format!("{n} segments only, of {FEWEST} or more"),
+                format!("{n} segments only, of {MIN_SEGMENTS} or more"),
             )),
         ),
         _ if value.zip(half).is_some_and(|(v, h)| h > WIDEST * v.abs()) => {
@@ -271,7 +271,7 @@ fn coefficient(
             let (code, why) = if rider {
                 (
                     ReasonCode::UnknownShares,
-                    "how the rider shares his pull between bar and pegs leaves it open",
+                    "it depends on how the rider shares his pull between bar and pegs",
                 )
             } else {
                 (ReasonCode::SegmentsDiffer, "the segments differ too much")
@@ -288,6 +288,7 @@ fn coefficient(
         ident: ident.clone(),
         tyre: friction.axle.name().to_owned(),
         coefficient: spec.name.to_owned(),
+        term: Some(spec.term.to_owned()),
         symbol: spec.symbol.to_owned(),
         value,
         unit: spec.unit.to_owned(),

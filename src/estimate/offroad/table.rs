@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
+use arrow::array::{
+    ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array,
+};
 
 use super::Estimate;
 use crate::contract::session::Meta;
@@ -47,11 +49,10 @@ pub(crate) fn batch(
         each(&|r, i| f(estimate.riders[r].tyres.columns().map(|c| c[i])))
     };
     let rider = |f: &dyn Fn([f64; 4]) -> f64| each(&|r, i| f(estimate.riders[r].forces.at(i)));
-    let off = |off: &[bool], row: usize| {
-        each(&|_, i| match (k.lost[row], off[i]) {
-            (true, _) => f64::NAN, // its own row of the equations is missing
-            (false, off) => f64::from(u8::from(!off)),
-        })
+    let on_ground = |off: &[bool], row: usize| -> ArrayRef {
+        // none where its own row of the equations is missing
+        let values = samples.iter().map(|&i| (!k.lost[row]).then_some(!off[i])).collect::<Vec<_>>();
+        Arc::new(BooleanArray::from(values.repeat(estimate.riders.len())))
     };
 
     let table = registry::SIGNALS.table();
@@ -84,8 +85,8 @@ pub(crate) fn batch(
             "swing_arm_travel" => same(&k.a_r, 1.0),
             "fork_force" => same(&k.f_sf, 1.0),
             "shock_moment" => same(&k.t_sr, 1.0),
-            "contact_front" => off(&estimate.contact.front.off, 3),
-            "contact_rear" => off(&estimate.contact.rear.off, 4),
+            "contact_front" => on_ground(&estimate.contact.front.off, 3),
+            "contact_rear" => on_ground(&estimate.contact.rear.off, 4),
             "rider_peg_x" => rider(&|f| f[0]),
             "rider_peg_z" => rider(&|f| -f[1]),
             "rider_bar_x" => rider(&|f| f[2]),

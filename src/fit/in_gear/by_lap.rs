@@ -40,7 +40,7 @@ use crate::contract::session::Session;
 use crate::statistics::interval::{t_quantile, t95};
 
 /// Fewest laps of a trend.
-pub(crate) const FEWEST: usize = 6;
+pub(crate) const MIN_LAPS: usize = 6;
 /// How far a tyre may change from lap to lap, one standard deviation, a share: what laps tell is much finer, or nothing.
 const TAU: f64 = 0.2;
 /// The same of a rolling radius.
@@ -60,7 +60,6 @@ const DETERMINED: f64 = 0.5;
 /// One lap of one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OfLap {
-    /// Number of the lap.
     pub lap: i64,
     /// Over the mean of the laps, less one.
     pub change: f64,
@@ -75,11 +74,9 @@ pub struct OfLap {
 pub struct ByLap {
     /// Of which tyre.
     pub axle: Axle,
-    /// Which.
     pub coefficient: C,
     /// Its value for the session, SI.
     pub value: f64,
-    /// Lap by lap.
     pub laps: Vec<OfLap>,
     /// Change per lap, a share of the value.
     pub per_lap: f64,
@@ -110,7 +107,7 @@ impl ByLap {
     }
 }
 
-/// What may change from lap to lap: a direction of the parameters, a share of the coefficient per unit of it.
+/// Change from lap to lap: a direction of the parameters, a share of the coefficient per unit of it.
 struct Direction {
     axle: Axle,
     coefficient: C,
@@ -144,7 +141,7 @@ fn directions(theta: &Theta) -> Vec<Direction> {
     out
 }
 
-/// Coefficients over laps (number, start and end in s); empty where there are fewer than [`FEWEST`] or the ride lacks
+/// Coefficients over laps (number, start and end in s); empty where there are fewer than [`MIN_LAPS`] or the ride lacks
 /// what the fit takes.
 pub fn run(
     session: &Session,
@@ -153,7 +150,7 @@ pub fn run(
     fit: &InGear,
     laps: &[(i64, f64, f64)],
 ) -> Vec<ByLap> {
-    if laps.len() < FEWEST {
+    if laps.len() < MIN_LAPS {
         return Vec::new();
     }
     let Some(columns) = columns(session, config) else { return Vec::new() };
@@ -255,7 +252,7 @@ impl Solved {
         COUNT + lap * self.directions + direction
     }
 
-    /// What an error of one direction in every lap makes of another: the mean over the laps.
+    /// Error of one direction by an error of another in every lap: the mean over the laps.
     fn slope(&self, of: usize, by: usize) -> f64 {
         let n = self.samples.len();
         let each = (0..n).map(|l| {

@@ -29,7 +29,6 @@ const SHORTEST: f64 = 4.0;
 /// A ride at [`RATE`]; NaN where a channel has a hole.
 #[derive(Debug, Clone)]
 pub struct Columns {
-    /// How many.
     pub len: usize,
     /// Forward velocity, m/s, late by what is to be found.
     pub speed: Vec<f64>,
@@ -159,7 +158,7 @@ pub(crate) fn difference(x: &[f64]) -> Vec<f64> {
     neighbours(x, |before, _, after| 0.5 * RATE * (after - before))
 }
 
-/// What a central difference averages over: `[1 4 1]/6`.
+/// Average that a central difference takes: `[1 4 1]/6`.
 fn average(x: &[f64]) -> Vec<f64> {
     neighbours(x, |before, at, after| (before + 4.0 * at + after) / 6.0)
 }

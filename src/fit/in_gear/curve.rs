@@ -20,9 +20,7 @@ pub struct Curve {
     pub stiffness: f64,
     /// Peak friction.
     pub peak: f64,
-    /// Shape.
     pub shape: f64,
-    /// Curvature.
     pub curvature: f64,
     /// How the stiffness falls with what lean leaves: `p`.
     pub exponent: f64,
@@ -33,11 +31,10 @@ pub struct Curve {
 /// Slip at a friction.
 #[derive(Debug, Clone, Copy)]
 pub struct Slip {
-    /// Slip ratio.
     pub value: f64,
     /// Its derivative by the friction.
     pub slope: f64,
-    /// What lean leaves of the friction, `w`.
+    /// Share of the friction under lean, `w`.
     pub left: f64,
     /// Slope of the curve there over that at vanishing slip.
     pub steepness: f64,
@@ -51,7 +48,6 @@ impl Slip {
 }
 
 impl Curve {
-    /// What lean leaves.
     pub fn left(&self, tan_lean: f64) -> f64 {
         (1.0 - (tan_lean / self.lateral).powi(2)).max(LEAST_LEFT).sqrt()
     }

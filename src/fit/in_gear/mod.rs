@@ -22,12 +22,10 @@ use self::parameters::Prior;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 
-/// A fitted ride.
 #[derive(Debug)]
 pub struct InGear {
-    /// What was known before.
+    /// Prior knowledge.
     pub prior: Prior,
-    /// What came out.
     pub fitted: solve::Fitted,
     /// Lower bound of the peak friction: front braking, rear driving or braking.
     pub bounds: [Option<f64>; 2],

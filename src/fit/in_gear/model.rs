@@ -16,7 +16,7 @@
 //! D  Fx_r - Fx_r(model)                                              throttle closed, front brake off
 //! k = g (h - rho) sin(phi) / (rho + (h - rho + sum(I_i/R_i)/m) cos(phi)) / v^2    path's curvature: balance of roll
 //! ```
-//! A tyre's crown stands on its side in a bend and the wheels' spin rights the motorcycle: it is leant by a tenth to a
+//! A tyre's crown stands on its side in a corner and the wheels' spin rights the motorcycle: it is leant by a tenth to a
 //! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes the rest of
 //! `F`; under the front brake with closed throttle the rear one is the engine's and its own brake's, and the front one
 //! takes the rest. Rolling resistance needs no slip, because radii are those of a freely rolling wheel: it is in
@@ -30,7 +30,6 @@ use crate::contract::bike::{Axle, Bike};
 use crate::motorcycle::balance::{Lengths, pitching};
 use crate::tyre::paper::slip_stiffness_under;
 
-/// Residuals.
 pub(crate) const KINDS: usize = 4;
 /// Velocity against the front wheel.
 pub const A: usize = 0;
@@ -67,10 +66,9 @@ pub enum Split {
     Guessed,
 }
 
-/// What is held fixed of a sample while the parameters move.
+/// Quantities of a sample that are held fixed while the parameters move.
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
-    /// Column.
     pub at: usize,
     /// Split of the forces.
     pub split: Split,
@@ -86,14 +84,13 @@ pub struct Held {
 
 /// A sample under some parameters.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct Evaluation {
     /// Residuals in their own units.
     pub residual: [f64; KINDS],
     /// Loads, N.
     pub load: [f64; 2],
     /// Slip forces, N.
     pub force: [f64; 2],
-    /// Slips.
     pub slip: [Slip; 2],
     /// Friction, load and lean taken out: what an upright tyre at its static load would have.
     pub used: [f64; 2],
@@ -102,14 +99,13 @@ pub struct Found {
     pub scale: f64,
     /// Engine's drag, N.
     pub engine: f64,
-    /// What the balance lacks without any brake, N; negative when braking.
+    /// Excess force of the balance without any brake, N; negative when braking.
     pub excess: f64,
 }
 
 /// A ride and its motorcycle.
 #[derive(Debug)]
 pub struct Model<'a> {
-    /// The ride.
     pub columns: &'a Columns,
     /// Spin inertia of the wheels, kg m².
     pub inertia: [f64; 2],
@@ -153,7 +149,7 @@ impl<'a> Model<'a> {
     }
 
     /// Forces, slips and residuals of a sample.
-    pub fn evaluate(&self, theta: &Theta, held: &Held) -> Found {
+    pub fn evaluate(&self, theta: &Theta, held: &Held) -> Evaluation {
         let (c, i) = (self.columns, held.at);
         let (v, [ax, ax_late]) = (held.speed, held.acceleration);
         let lean = self.lean(theta, i);
@@ -211,7 +207,7 @@ impl<'a> Model<'a> {
         let curvature = self.lateral(theta, lean) / (v * v);
         let reference = 1.0 - (theta[ANTENNA] - theta[RHO_F]) * curvature * lean.sin();
         let longer = 1.0 + 0.5 * (l * curvature).powi(2);
-        Found {
+        Evaluation {
             residual: [
                 self.velocity(i as f64 + theta[LATENCY] * super::columns::RATE)
                     - speed[0] * reference,
@@ -229,7 +225,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Lateral acceleration of a steady bend at a lean, m/s²: the weight at the centre of mass about the crowns' line
+    /// Lateral acceleration of a steady corner at a lean, m/s²: the weight at the centre of mass about the crowns' line
     /// against its centrifugal force and the wheels' gyroscopic moment.
     pub fn lateral(&self, theta: &Theta, lean: f64) -> f64 {
         let on_front = (self.wheelbase - theta[ARM]) / self.wheelbase;

@@ -15,7 +15,6 @@ macro_rules! parameters {
         $(#[doc = $words] pub const $name: usize = Index::$name as usize;)*
         /// How many there are.
         pub const COUNT: usize = [$($words),*].len();
-        /// What each is.
         pub const WORDS: [&str; COUNT] = [$($words),*];
     };
 }
@@ -65,12 +64,10 @@ parameters! {
 /// Apart from the other descriptions of a motorcycle: the solver moves, scales and varies it as a plain vector.
 pub type Theta = [f64; COUNT];
 
-/// What is known before the ride: independent normal distributions.
+/// Prior knowledge: independent normal distributions.
 #[derive(Debug, Clone)]
 pub struct Prior {
-    /// Means.
     pub mean: Theta,
-    /// Standard deviations.
     pub sd: Theta,
 }
 

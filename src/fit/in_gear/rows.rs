@@ -21,7 +21,7 @@ const AS_THEY_ARE: f64 = 0.004;
 /// 95 % of a normal distribution.
 const NORMAL: f64 = 1.96;
 
-/// What the in-gear fit says of a coefficient.
+/// Result of the in-gear fit for a coefficient.
 struct Word {
     value: Option<f64>,
     std_error: Option<f64>,
@@ -75,6 +75,7 @@ pub fn fill(
                 ident: ident.clone(),
                 tyre: id.part.name().to_owned(),
                 coefficient: spec.name.to_owned(),
+                term: Some(spec.term.to_owned()),
                 symbol: spec.symbol.to_owned(),
                 unit: spec.unit.to_owned(),
                 provenance: provenance.clone(),
@@ -86,7 +87,7 @@ pub fn fill(
     }
 }
 
-/// What is left of the ordinary front radius where there is no coasting and this fit found none: velocity over wheel
+/// The ordinary front radius where there is no coasting and this fit found none: velocity over wheel
 /// speed under gentle drive, as they are.
 pub(crate) fn doubt(rows: &mut [Coefficient]) {
     let own = |row: &&mut Coefficient| {
@@ -247,7 +248,7 @@ impl InGear {
     }
 }
 
-/// What the model itself may be wrong by, of the value: biases of simulated rides with slope and wind, in
+/// Error of the model itself, of the value: biases of simulated rides with slope and wind, in
 /// quadrature.
 const MODEL_ERROR_RADIUS: [f64; 2] = [0.001, 0.004];
 /// The front wheel is not leant as the frame is: by steering, up to half a degree.
@@ -287,7 +288,7 @@ impl Word {
         }
     }
 
-    /// Without a value.
+    /// A coefficient without a value, with the reason.
     fn none(reason: Option<Reason>) -> Word {
         Word {
             value: None,

@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::columns::{Columns, STEP, difference, neighbours};
-use super::model::{A, C, Found, Held, KINDS, Model, Split};
+use super::model::{A, C, Evaluation, Held, KINDS, Model, Split};
 use super::parameters::*;
 use crate::statistics::loss::{TUNING, mad, weight};
 
@@ -37,16 +37,12 @@ const REACHED_BY: usize = 3;
 /// Neighbouring samples that count as one, of A and of the others.
 const SHARED: [f64; KINDS] = [6.0, 3.0, 3.0, 3.0];
 
-/// What came out.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// Parameters.
     pub theta: Theta,
-    /// Their covariance.
     pub covariance: Box<Matrix>,
     /// The samples that took part, as they were held last.
     pub held: Vec<Held>,
-    /// Manoeuvres.
     pub clusters: usize,
     /// Scale of each residual over what was expected.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
@@ -60,7 +56,6 @@ pub struct Fitted {
     pub converged: bool,
 }
 
-/// Fits a ride.
 pub(crate) fn fit(model: &Model<'_>, prior: &Prior, min_speed: f64) -> Option<Fitted> {
     let columns = model.columns;
     let mut theta = prior.mean;
@@ -137,7 +132,7 @@ fn accelerate(columns: &Columns, scale: &[f64]) -> Vec<f64> {
     difference(&speed)
 }
 
-/// What is held of column `i`, nothing of it judged yet.
+/// Fixed quantities of column `i`, before any sample is judged.
 fn bare(model: &Model<'_>, theta: &Theta, acceleration: &[f64], jerk: &[f64], i: usize) -> Held {
     let lean = model.columns.roll[i] - theta[LEAN_ZERO];
     let radius = theta[R_F] - theta[RHO_F] * (1.0 - lean.cos());
@@ -267,7 +262,6 @@ pub(super) fn weigh(rows: &mut [Row]) -> [f64; KINDS] {
     })
 }
 
-/// The normal equations.
 struct System {
     hessian: Matrix,
     gradient: Vector,
@@ -325,7 +319,7 @@ fn covariance(
     Some((grow * with_prior * grow, parts.len()))
 }
 
-/// What each manoeuvre kept up: of [`KEPT`] samples one after the other the least, where that is largest.
+/// Level that each manoeuvre kept up: of [`KEPT`] samples one after the other the least, where that is largest.
 fn kept_up<'a>(values: &[(f64, &'a Held)], columns: &Columns) -> Vec<(f64, &'a Held)> {
     values
         .chunk_by(|a, b| columns.cluster[a.1.at] == columns.cluster[b.1.at])
@@ -379,7 +373,7 @@ pub(crate) fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bo
         moved[k] += steps[k];
         (used(&moved, held) - middle) / steps[k]
     });
-    let Found { load, .. } = model.evaluate(theta, held);
+    let Evaluation { load, .. } = model.evaluate(theta, held);
     let single = 0.2 * theta[MASS] / load[wheel].max(1.0);
     let error = ((by.transpose() * *fitted.covariance * by)[0] + single * single).sqrt();
     let bound = middle - 1.645 * error;

@@ -16,7 +16,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::statistics::interval::t95;
 
-/// What one manoeuvre shows of a quantity.
+/// Value of a quantity in one manoeuvre.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Shown {
     /// Index of the segment.
@@ -25,7 +25,7 @@ pub(crate) struct Shown {
     pub value: f64,
     /// Standard error of it from the manoeuvre's own samples.
     pub error: f64,
-    /// What the quantity goes with from manoeuvre to manoeuvre; as many in each.
+    /// Covariates of the quantity, the same number for each manoeuvre.
     pub columns: Vec<f64>,
 }
 
@@ -43,9 +43,8 @@ pub(crate) struct Scatter {
 pub struct Compared {
     /// Index of the segment.
     pub segment: usize,
-    /// What it shows.
     pub value: f64,
-    /// What the others say it would be.
+    /// Value expected from the others.
     pub expected: f64,
     /// 95 % interval of the difference.
     pub interval: [f64; 2],
@@ -53,7 +52,6 @@ pub struct Compared {
     pub t: f64,
     /// Probability of so large a difference where nothing is odd.
     pub chance: f64,
-    /// How many others there are.
     pub others: usize,
 }
 
@@ -66,20 +64,20 @@ pub(crate) fn compare(shown: &[Shown], scatter: Scatter) -> Vec<Compared> {
 }
 
 /// Odd manoeuvres of a quantity: more are none.
-const MOST: usize = 10;
+const MAX_ODD: usize = 10;
 
 /// The manoeuvres whose difference has a chance below `least`, the most unlikely first.
 ///
-/// METHOD: two like ones hide each other, as each moves and widens what the other is held against. So the most unlikely
+/// METHOD: two like ones hide each other, as each moves and widens what the other is compared with. So the most unlikely
 /// is taken out again and again, up to a third of them, and all up to the last one with a chance below `least` are
-/// outlying (generalised extreme Studentised deviates, Rosner 1983, Technometrics 25). Each is then held against those
+/// outlying (generalised extreme Studentised deviates, Rosner 1983, Technometrics 25). Each is then compared with those
 /// that are left.
 pub(crate) fn outlying(mut shown: Vec<Shown>, scatter: Scatter, least: f64) -> Vec<Compared> {
     shown.retain(|s| s.value.is_finite() && s.columns.iter().all(|x| x.is_finite()));
     let mut usual = shown.clone();
     let mut out: Vec<usize> = Vec::new();
     let mut kept = 0;
-    while out.len() < (shown.len() / 3).min(MOST) {
+    while out.len() < (shown.len() / 3).min(MAX_ODD) {
         let compared = compare(&usual, scatter).into_iter();
         let Some(worst) = compared.min_by(|a, b| a.chance.total_cmp(&b.chance)) else { break };
         usual.retain(|s| s.segment != worst.segment);
@@ -207,7 +205,7 @@ mod tests {
             let mut places: Vec<usize> = found.iter().map(|c| c.segment).collect();
             places.sort_unstable();
             assert_eq!(places, [4, 7], "{least}");
-            // held against the seven that are left
+            // compared with the other seven
             assert!(
                 found.iter().all(|c| c.others == 7 && c.interval[0] < -0.3 && -0.3 < c.interval[1])
             );

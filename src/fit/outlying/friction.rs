@@ -149,7 +149,7 @@ fn shown(fitted: &Fitted<'_>, k: usize) -> Vec<Shown> {
         Some(Shown { segment, value, error, columns: vec![1.0] })
     };
     let mut shown: Vec<Shown> = samples.iter().enumerate().filter_map(of).collect();
-    // an odd stop has moved the curve that all are held against
+    // an odd stop has moved the curve that all are compared with
     let usual = median(&mut shown.iter().map(|s| s.value).collect::<Vec<f64>>());
     for s in &mut shown {
         s.value /= usual.unwrap_or(1.0);

@@ -1,5 +1,7 @@
 //! Wheels that stood while the motorcycle moved, where the ride's other stops of the kind did not have it.
 
+use std::ops::Range;
+
 use super::comparison::Compared;
 use super::quantity::{Fitted, Outlying, Quantity};
 use crate::contract::channel::Channel;
@@ -13,6 +15,11 @@ const STANDS: f64 = 0.15;
 const MOVING: f64 = 4.0;
 /// Least time that it stands, s.
 const LONG: f64 = 0.1;
+/// Time after a stop in which it counts as well, s: a motorcycle whose wheel locks rolls, and the stop ends there.
+const AFTER: f64 = 1.0;
+
+const STOPS: [ManoeuvreKind; 3] =
+    [ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
 
 /// A standing time of a name for tables and for people.
 const fn quantity(name: &'static str, words: &'static str) -> Quantity {
@@ -20,8 +27,8 @@ const fn quantity(name: &'static str, words: &'static str) -> Quantity {
     Quantity { name, unit: "s", words, least: LONG, shown: ("s", 1.0), causes }
 }
 
-static FRONT: Quantity = quantity("locked_front", "the front wheel stood");
-static REAR: Quantity = quantity("locked_rear", "the rear wheel stood");
+static FRONT: Quantity = quantity("locked_front", "the front wheel stood still");
+static REAR: Quantity = quantity("locked_rear", "the rear wheel stood still");
 
 /// Wheels that stood in fewer than half of the stops of a kind.
 pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
@@ -30,17 +37,16 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
         [(0, &FRONT, Channel::WheelSpeedFront), (1, &REAR, Channel::WheelSpeedRear)]
     {
         let radius = fitted.solution.inputs.radius[k];
-        for kind in [
-            ManoeuvreKind::FrontBraking,
-            ManoeuvreKind::RearBraking,
-            ManoeuvreKind::CombinedBraking,
-        ] {
+        for kind in STOPS {
             let stops: Vec<(usize, f64)> = fitted
                 .segments
                 .iter()
                 .enumerate()
                 .filter(|(_, s)| s.kind == kind)
-                .filter_map(|(i, s)| Some((i, standing(fitted.session, s, channel, radius)?)))
+                .filter_map(|(i, s)| {
+                    let end = end_with_after(&fitted.segments[i..], fitted.session.rate);
+                    Some((i, standing(fitted.session, s.start..end, channel, radius)?))
+                })
                 .collect();
             let stood: Vec<&(usize, f64)> = stops.iter().filter(|(_, t)| *t >= LONG).collect();
             if 2 * stood.len() >= stops.len() {
@@ -65,19 +71,27 @@ pub(super) fn find(fitted: &Fitted<'_>) -> Vec<Outlying> {
     out
 }
 
-/// How long a wheel of `radius`, m, stands at a stretch in a segment while the motorcycle moves, s; `None` where it is
+/// End of the first of some segments with the time after it, up to the next stop.
+fn end_with_after(segments: &[Segment], rate: f64) -> usize {
+    let end = segments[0].end;
+    let next = segments[1..].iter().find(|s| STOPS.contains(&s.kind));
+    let latest = end + (AFTER * rate) as usize;
+    next.map_or(latest, |s| latest.min(s.start)).max(end)
+}
+
+/// How long a wheel of `radius`, m, stands at a stretch in some samples while the motorcycle moves, s; `None` where it is
 /// not known.
-fn standing(session: &Session, segment: &Segment, wheel: Channel, radius: f64) -> Option<f64> {
+fn standing(session: &Session, samples: Range<usize>, wheel: Channel, radius: f64) -> Option<f64> {
     let (wheel, speed) = (session.get(wheel)?, session.get(Channel::VelocityX)?);
-    let end = segment.end.min(session.len);
+    let (start, end) = (samples.start, samples.end.min(session.len));
     let (mut longest, mut now, mut known) = (0_usize, 0_usize, 0_usize);
-    for i in segment.start..end {
+    for i in start..end {
         known += usize::from(wheel[i].is_finite());
         let stands = speed[i] > MOVING && radius * wheel[i].abs() < STANDS * speed[i];
         now = if stands { now + 1 } else { 0 };
         longest = longest.max(now);
     }
-    (2 * known > end.saturating_sub(segment.start)).then_some(longest as f64 / session.rate)
+    (2 * known > end.saturating_sub(start)).then_some(longest as f64 / session.rate)
 }
 
 #[cfg(test)]
@@ -100,16 +114,7 @@ mod tests {
 
     #[test]
     fn a_wheel_stands_as_long_as_it_does_and_not_where_the_motorcycle_does() {
-        let segment = Segment {
-            kind: ManoeuvreKind::FrontBraking,
-            start: 200,
-            end: 1000,
-            direction: None,
-            quality: 1.0,
-            used: true,
-            reason: None,
-        };
-        let of = |session: &Session| standing(session, &segment, Channel::WheelSpeedFront, 0.3);
+        let of = |session: &Session| standing(session, 200..1000, Channel::WheelSpeedFront, 0.3);
         assert_eq!(of(&stop(10.0, 0.0)), Some(0.0));
         assert_eq!(of(&stop(10.0, 0.25)), Some(0.25));
         // at walking pace a wheel that stands is the end of the stop
@@ -122,5 +127,22 @@ mod tests {
         assert_eq!(of(&unknown), None);
         unknown.remove(Channel::WheelSpeedFront);
         assert_eq!(of(&unknown), None);
+    }
+
+    fn segment(kind: ManoeuvreKind, start: usize, end: usize) -> Segment {
+        Segment { kind, start, end, direction: None, quality: 1.0, used: true, reason: None }
+    }
+
+    /// A wheel locks, the motorcycle rolls, and the stop ends before the wheel stands.
+    #[test]
+    fn a_wheel_that_stands_just_after_a_stop_stands_in_it() {
+        let after = |next: ManoeuvreKind, start: usize| {
+            let both = [segment(ManoeuvreKind::FrontBraking, 200, 290), segment(next, start, 1000)];
+            let end = end_with_after(&both, 100.0);
+            standing(&stop(10.0, 0.25), 200..end, Channel::WheelSpeedFront, 0.3)
+        };
+        assert_eq!(after(ManoeuvreKind::Other, 290), Some(0.25));
+        // what is of the next stop is not of this one
+        assert_eq!(after(ManoeuvreKind::RearBraking, 300), Some(0.0));
     }
 }

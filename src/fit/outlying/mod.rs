@@ -1,7 +1,7 @@
 //! Manoeuvres that are not as the others of their ride: a stop on a slippery place, a coasting run in a gust, a wheel
 //! that stood.
 //!
-//! A robust fit gives such a manoeuvre no weight and says nothing of it. Here each manoeuvre is held against the ride's
+//! A robust fit gives such a manoeuvre no weight and says nothing of it. Here each manoeuvre is compared with the ride's
 //! others, quantity by quantity ([`comparison`]); one that differs by more than chance is a row of
 //! `outlying_manoeuvres` and a warning, with place, time and what may have caused it.
 //!
@@ -23,7 +23,6 @@ pub(crate) mod rows;
 
 pub(crate) use quantity::{Fitted, Outlying};
 
-/// Every quantity.
 pub(crate) static COMPARED: &[&Compare] =
     &[&friction::FRONT, &friction::REAR, &resistance::COASTING];
 

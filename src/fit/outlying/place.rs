@@ -9,9 +9,9 @@ use crate::segment::Segment;
 pub(super) struct Place {
     /// Ridden since the start, m.
     pub distance: Option<f64>,
-    /// Degrees.
+    /// Latitude, degrees.
     pub latitude: Option<f64>,
-    /// Degrees.
+    /// Longitude, degrees.
     pub longitude: Option<f64>,
 }
 

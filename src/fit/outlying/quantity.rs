@@ -8,7 +8,6 @@ use crate::segment::Segment;
 /// A quantity that manoeuvres of a ride have alike.
 #[derive(Debug, PartialEq)]
 pub struct Quantity {
-    /// In the table.
     pub name: &'static str,
     /// Unit of value and difference in the table.
     pub unit: &'static str,
@@ -18,20 +17,17 @@ pub struct Quantity {
     pub least: f64,
     /// Unit for people, and how many of it make one of [`Quantity::unit`].
     pub shown: (&'static str, f64),
-    /// What may have caused a larger and a smaller value.
+    /// Possible causes of a larger and a smaller value.
     pub causes: [&'static str; 2],
 }
 
 /// A session as it was fitted.
 #[derive(Debug, Clone, Copy)]
 pub struct Fitted<'a> {
-    /// Filtered.
     pub session: &'a Session,
-    /// Its manoeuvres.
     pub segments: &'a [Segment],
     /// The samples of the fits.
     pub data: &'a Data,
-    /// The fits.
     pub solution: &'a Solution,
 }
 
@@ -42,7 +38,7 @@ pub(crate) struct Compare {
     pub quantity: &'static Quantity,
     /// How much it differs where nothing is odd.
     pub scatter: Scatter,
-    /// What the manoeuvres show of it.
+    /// Values in the manoeuvres.
     pub shown: fn(&Fitted<'_>) -> Vec<Shown>,
 }
 
@@ -51,7 +47,6 @@ pub(crate) struct Compare {
 pub struct Outlying {
     /// In which quantity.
     pub quantity: &'static Quantity,
-    /// How it differs.
     pub compared: Compared,
     /// How many comparisons the ride has in all: its chance counts as often.
     pub comparisons: usize,

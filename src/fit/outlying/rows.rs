@@ -56,7 +56,7 @@ pub(crate) fn warnings(fitted: &Fitted<'_>, found: &[Outlying]) -> Vec<Warning> 
 }
 
 impl Outlying {
-    /// What may have caused it.
+    /// Possible cause.
     fn cause(&self) -> &'static str {
         let larger = self.compared.value > self.compared.expected;
         self.quantity.causes[usize::from(!larger)]

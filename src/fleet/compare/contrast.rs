@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::joint::{ASSUMED, Joint};
+use super::joint::{ASSUMED, JointEstimate};
 use super::sources::plain;
 use crate::contract::error_source::{MODEL, TYRES};
 use crate::statistics::interval::combined_dof;
@@ -16,8 +16,7 @@ const TYRES_THAT_TELL: usize = 4;
 #[derive(Debug)]
 pub(super) struct Member<'a> {
     /// Where it was fitted.
-    pub joint: &'a Joint,
-    /// Its place there.
+    pub joint: &'a JointEstimate,
     pub key: usize,
     /// Its motorcycle, by number.
     pub bike: usize,
@@ -51,13 +50,12 @@ pub(super) struct Members<'a> {
 /// A variance and what it is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Variance {
-    /// All of it.
     pub total: f64,
     /// By side: what averages out over more sessions.
     pub own: [f64; 2],
     /// Degrees of freedom.
     pub dof: f64,
-    /// What more sessions do not narrow, by name: the parts that are left of shared errors, and the spread between tyres.
+    /// Errors that more sessions do not narrow, by name: the parts that are left of shared errors, and the spread between tyres.
     pub shared: BTreeMap<String, f64>,
 }
 

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use crate::contract::coefficient::Coefficient as C;
-use crate::fleet::combine::{Found, Key, Problem, Ride, Scale};
+use crate::fleet::combine::{Key, PooledSolution, Problem, Ride, Scale};
 
 /// Rides that the assumed spread counts for.
 pub(super) const ASSUMED: f64 = 3.0;
@@ -28,10 +28,9 @@ const OF_COURSE: [(C, f64); 3] =
 
 /// The groups of one motorcycle.
 #[derive(Debug)]
-pub(super) struct Joint {
+pub(super) struct JointEstimate {
     /// Key of each value.
     pub keys: Vec<Key>,
-    /// Scale of each.
     pub scales: Vec<Scale>,
     /// Values on their scales.
     pub values: Vec<f64>,
@@ -41,11 +40,10 @@ pub(super) struct Joint {
     pub own: Vec<f64>,
     /// The part of that which the spread between rides makes.
     pub drawn: Vec<f64>,
-    /// Degrees of freedom behind the spread.
+    /// Degrees of freedom of the spread.
     pub dof: Vec<f64>,
     /// Spread between rides.
     pub tau: Vec<f64>,
-    /// Rides of each.
     pub rides: Vec<usize>,
     /// Names of the shared errors.
     pub sources: Vec<String>,
@@ -54,7 +52,7 @@ pub(super) struct Joint {
 }
 
 /// Fits them; `None` where their equations have no solution.
-pub(super) fn joint(rides: &[Ride<'_>], scale: impl Fn(&Key) -> Scale) -> Option<Joint> {
+pub(super) fn joint(rides: &[Ride<'_>], scale: impl Fn(&Key) -> Scale) -> Option<JointEstimate> {
     let problem = Problem::new(rides, |key, _| scale(key))?;
     let n = problem.keys.len();
     let mut together: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
@@ -83,7 +81,7 @@ pub(super) fn joint(rides: &[Ride<'_>], scale: impl Fn(&Key) -> Scale) -> Option
         let at = n + j;
         found.covariance[(k, at)] / found.covariance[(at, at)].sqrt()
     };
-    Some(Joint {
+    Some(JointEstimate {
         values: found.x.iter().take(n).copied().collect(),
         covariance: found.covariance.view((0, 0), (n, n)).clone_owned(),
         own: (0..n).map(|k| found.alone[(k, k)]).collect(),
@@ -99,7 +97,7 @@ pub(super) fn joint(rides: &[Ride<'_>], scale: impl Fn(&Key) -> Scale) -> Option
 }
 
 /// Spread between rides of one coefficient in all its groups, and its degrees of freedom.
-fn between(problem: &Problem, found: &Found, keys: &[usize]) -> (f64, f64) {
+fn between(problem: &Problem, found: &PooledSolution, keys: &[usize]) -> (f64, f64) {
     let of = |k: &usize| {
         let k = *k;
         problem.places[k].iter().map(move |place| problem.residual(found, k, *place))

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use self::contrast::{Member, Members, Variance};
-use self::joint::{Joint, joint};
+use self::joint::{JointEstimate, joint};
 use self::sources::{Group, Renamed};
 use super::combine::{Key, Ride, Scale};
 use super::evidence::Piece;
@@ -122,7 +122,6 @@ impl Verdict {
 pub struct Compared {
     /// `front`, `rear` or `vehicle`.
     pub tyre: String,
-    /// Its name.
     pub coefficient: String,
     /// Unit of the coefficient.
     pub unit: String,
@@ -134,7 +133,7 @@ pub struct Compared {
 
 /// A motorcycle's groups, and whose each is.
 struct OfBike {
-    joint: Joint,
+    joint: JointEstimate,
     groups: Vec<Group>,
     of_tyre: Vec<(Key, Piece)>,
 }

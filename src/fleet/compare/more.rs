@@ -8,7 +8,7 @@ use super::contrast::Variance;
 use crate::statistics::interval::t95;
 
 /// More than so many nobody rides.
-const MOST: usize = 1000;
+const MAX_MORE_RIDES: usize = 1000;
 
 /// Sessions such as these on each side, beyond those that there are; 0 where these do, `None` where no number does.
 pub(super) fn sessions(variance: &Variance, there: [usize; 2], size: f64) -> Option<usize> {
@@ -21,10 +21,10 @@ pub(super) fn sessions(variance: &Variance, there: [usize; 2], size: f64) -> Opt
     if half(0) <= size {
         return Some(0);
     }
-    if half(MOST) > size {
+    if half(MAX_MORE_RIDES) > size {
         return None;
     }
-    let (mut low, mut high) = (0, MOST);
+    let (mut low, mut high) = (0, MAX_MORE_RIDES);
     while high - low > 1 {
         let middle = usize::midpoint(low, high);
         if half(middle) <= size { high = middle } else { low = middle }

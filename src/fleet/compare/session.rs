@@ -5,9 +5,7 @@ use crate::fleet::evidence::Piece;
 /// A session of one side.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Session {
-    /// Its motorcycle.
     pub bike: String,
-    /// Its id.
     pub session: String,
     /// 0 is A, 1 is B; 2 is neither: another session of a motorcycle, which tells how much its sessions differ.
     pub side: usize,

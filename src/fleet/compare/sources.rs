@@ -1,4 +1,4 @@
-//! Which errors two sides of a comparison share: the sources of the evidence, named so that equal names are one error.
+//! Which errors two sides of a comparison share: the sources of the evidence; equal names are one error.
 //!
 //! ```text
 //! a number of the bike file, a scale of its sensors    one error of the motorcycle, if both sides took the same number

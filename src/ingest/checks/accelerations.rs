@@ -3,7 +3,7 @@
 //! ```text
 //! (1)  a_x = dv/dt       (2)  a_y = v r
 //! ```
-//! (up to the side-slip terms, which are small beside them in a bend).
+//! (up to the side-slip terms, which are small beside them in a corner).
 
 use super::finding::{Finding, Findings};
 use super::speeds::Witnesses;
@@ -31,7 +31,7 @@ const SURE: f64 = 2.0;
 /// Largest ratio of two units of speed; the smallest, of knots and mph, and how near to it in its logarithm.
 const OF_SPEED: f64 = 4.0;
 const KNOTS: f64 = 1.150_78;
-const NEAR: f64 = 0.02;
+const UNIT_RATIO_TOLERANCE: f64 = 0.02;
 /// From here on no two units of speed but these are.
 const FEW: f64 = 1.4;
 /// How long before and after an event nothing acts, s: more than a receiver's delay. Longest event, s, least change of
@@ -67,11 +67,11 @@ pub(crate) fn check(view: &View, speed: Witnesses, out: &mut Findings<'_>) -> Re
     }
     if let (Some(ay), Some(r)) = (view.get(Channel::AccelerationY), view.get(Channel::YawRate)) {
         let Some(m) = view.ratio(|i| ay[i], |i| v[i] * r[i], 1.5 * LEAST) else { return Ok(()) };
-        if let Some(finding) = judge(Channel::AccelerationY, m, "v r in bends") {
+        if let Some(finding) = judge(Channel::AccelerationY, m, "v r in corners") {
             out.push(finding)?;
         } else if m.value.abs() < 0.25 {
-            // a sensor that leans with the bike feels next to nothing in a bend
-            let seen = format!("in bends it is only {:.2} times v r", m.value);
+            // a sensor that leans with the bike feels next to nothing in a corner
+            let seen = format!("in corners it is only {:.2} times v r", m.value);
             out.push(gravity(Channel::AccelerationY, m.n, &seen))?;
         }
     }
@@ -95,11 +95,11 @@ fn scale(view: &View, [v, ax, dv]: [&[f64]; 3], speed: Witnesses) -> Option<(Fin
                 let size = scale.ln() * pair.scale.abs().ln().signum();
                 size > EQUAL.ln() + SURE * error
             });
-    let is_knots = (size - KNOTS.ln()).abs() < NEAR;
+    let is_knots = (size - KNOTS.ln()).abs() < UNIT_RATIO_TOLERANCE;
     let by_wheel = speed.wheel && size < FEW.ln() && !is_knots;
     let of_speed = !apart && size < OF_SPEED.ln() && !(speed.ground || by_wheel);
     let what = match (apart, off) {
-        (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
+        (true, _) => "disagrees with dv/dt: is it another axis of its sensor?".to_owned(),
         (_, true) if of_speed => {
             format!("is {:.2} times dv/dt: check the units of both", pair.scale)
         }

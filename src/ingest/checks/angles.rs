@@ -1,8 +1,8 @@
 //! Attitude, rates and steering against each other: units and signs.
 //!
 //! ```text
-//! (1)  tan(roll) = -v r / g              leaning into the bend, steady
-//! (2)  delta = l (r / v) cos(roll) / cos(epsilon)      a slow bend without tyre slip
+//! (1)  tan(roll) = -v r / g              leaning into the corner, steady
+//! (2)  delta = l (r / v) cos(roll) / cos(epsilon)      a slow corner without tyre slip
 //! ```
 
 use super::finding::{Finding, Findings};
@@ -21,7 +21,7 @@ const LARGEST: f64 = 1.4;
 const LARGEST_LATERAL: f64 = 3.0;
 /// Middle of the leans of a ride beyond which it is not counted from upright, rad: a ride of one circle leans less.
 const OFFSET: f64 = 1.2;
-/// `v r / g` above which it is a bend.
+/// `v r / g` above which it is a corner.
 const BEND: f64 = 0.1;
 /// Yaw rate above which it is a turn, rad/s.
 const TURN: f64 = 0.1;
@@ -141,8 +141,8 @@ fn rate_of_angle(
             channel: rate,
             count: p.n,
             message: format!(
-                "{rate} is {:.2} times the change of {angle}, or does not go with it: check its unit and axis in \
-                 the channel map",
+                "{rate} is {:.2} times the change of {angle}, or disagrees with it: check its unit \
+                 and axis in the channel map",
                 p.scale
             ),
         })?;
@@ -259,15 +259,15 @@ fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Finding {
             Channel::YawRate,
             "the other channels agree with roll: turn the sign of yaw_rate in the channel map",
         ),
-        0 => (Channel::Roll, "one of them has the wrong sign, and no other channel tells which"),
+        0 => (Channel::Roll, "one of them has the wrong sign, and no other channel shows which"),
     };
     Finding {
         code: RejectionCode::SignRollYaw,
         channel,
         count: lean.n,
         message: format!(
-            "roll and yaw_rate disagree on left and right: tan(roll) is {:+.2} times v r / g in \
-             {} means of 0.2 s, it should be about -1 (left bend: roll negative, yaw_rate \
+            "roll and yaw_rate disagree on left and right: tan(roll) is {:+.2} times v r / g in {} \
+             means of 0.2 s, it should be about -1 (left corner: roll negative, yaw_rate \
              positive); {which}",
             lean.value, lean.n
         ),
@@ -291,7 +291,7 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
     };
     let Some(m) = view.ratio(|i| delta[i], expected, 0.04) else { return Ok(()) };
     if degrees(m.value) {
-        let seen = format!("it is {:.0} times what slow bends ask for", m.value);
+        let seen = format!("it is {:.0} times what slow corners ask for", m.value);
         out.push(unit(
             RejectionCode::UnitAngle,
             Channel::SteerAngle,
@@ -308,7 +308,7 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
             channel: Channel::SteerAngle,
             count: m.n,
             message: format!(
-                "steer_angle is {:.3} times what slow bends ask for: {hint}check its unit in the channel map",
+                "steer_angle is {:.3} times what slow corners ask for: {hint}check its unit in the channel map",
                 m.value
             ),
         });
@@ -319,7 +319,7 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
             channel: Channel::SteerAngle,
             count: m.n,
             message: format!(
-                "steer_angle is {:.2} times what slow bends ask for: its sign is wrong (left is \
+                "steer_angle is {:.2} times what slow corners ask for: its sign is wrong (left is \
                  positive); turn it in the channel map",
                 m.value
             ),

@@ -13,7 +13,7 @@ use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
-/// Lateral acceleration above which it is a bend, g.
+/// Lateral acceleration above which it is a corner, g.
 const BEND: f64 = 0.1;
 /// Accounts agree within this factor: tyres are wide, riders hang off, receivers smooth; units differ by more.
 const EQUAL: f64 = 1.45;
@@ -26,7 +26,6 @@ const DEGREES: f64 = 57.295_78;
 /// Largest ratio of two units of speed.
 const OF_SPEED: f64 = 4.0;
 
-/// One account.
 struct Account {
     channel: Channel,
     /// Whether it is by the velocity.
@@ -163,7 +162,7 @@ fn finding(of: &Account, other: &Account, scale: f64, pair: &Pair, outvoted: boo
     } else if degrees(1.0 / scale) {
         "it looks like rad read as degrees"
     } else if pair.together <= TOGETHER {
-        "they do not go together: is it another axis of its sensor, or turned?"
+        "they disagree: is one another axis of its sensor, or a sensor turned?"
     } else if scale < 0.0 {
         "one of them has the wrong sign"
     } else {
@@ -172,7 +171,7 @@ fn finding(of: &Account, other: &Account, scale: f64, pair: &Pair, outvoted: boo
     let vote = if outvoted {
         ", and the others agree with that"
     } else {
-        ", and nothing tells which is right"
+        ", and no other channel shows which is right"
     };
     Finding {
         code: RejectionCode::ScaleLateral,

@@ -14,7 +14,7 @@ const SPEEDS: [f64; 10] = [
 ];
 const WHEELS: [C; 2] = [C::WheelSpeedFront, C::WheelSpeedRear];
 
-/// What is said of a session: the code of a refusal, or codes with their channels, and what is contradicted or left out.
+/// Text about a session: the code of a refusal, or codes with their channels, and what is contradicted or left out.
 fn said(mut session: Session) -> Result<(Vec<String>, Vec<C>), &'static str> {
     let before: Vec<C> = session.channels().collect();
     match check(&mut session, Some(&bike()), &Config::default()) {
@@ -45,7 +45,7 @@ fn speeds_in_another_unit() {
         // no track, no wheels: what it leans and turns tells
         let bare = without(without(fast(), &LATITUDE), &WHEELS);
         caught(bare.clone(), C::VelocityX, &format!("bare, {factor}"));
-        // slower than 3 m/s by its numbers no bend is judged
+        // slower than 3 m/s by its numbers no corner is judged
         if factor > 0.3 {
             let lean = without(bare.clone(), &[C::AccelerationX, C::AccelerationY]);
             caught(lean, C::VelocityX, &format!("lean and yaw rate, {factor}"));

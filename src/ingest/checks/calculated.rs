@@ -14,23 +14,23 @@
 
 use super::bends::FASTEST;
 use super::finding::{Finding, Findings};
-use super::view::{FEWEST, View, quantile};
+use super::view::{MIN_MEANS, View, quantile};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
-/// Lateral acceleration from which a bend is steep enough that a lean in tenths of a degree is not coarse, g.
+/// Lateral acceleration from which a corner is steep enough that a lean in tenths of a degree is not coarse, g.
 const STEEP: f64 = 0.15;
 /// Half of the means agree within this share, ...
 const EXACT: f64 = 0.005;
 /// ... and three quarters within this.
-const NEAR: f64 = 0.01;
+const UPPER_QUARTILE_TOLERANCE: f64 = 0.01;
 /// A lean larger than what the turn asks for by this share is measured: then the other is made of it.
 const LARGER: f64 = 1.03;
 /// Most by which a lean is moved against the turn, in means of 0.2 s.
 const LATEST: usize = 10;
-/// Means in steep bends from which a smoothed lean is judged: 20 s.
+/// Means in steep corners from which a smoothed lean is judged: 20 s.
 const ENOUGH: usize = 100;
 /// Ratios to the turn that a calculated lean has, smoothed or not, ...
 const AS_LARGE: std::ops::Range<f64> = 0.97..1.01;
@@ -86,26 +86,27 @@ fn same(view: &View, lean: &[f64], other: &[f64]) -> Option<usize> {
         false => f64::NAN,
     };
     let mut all = view.moving(off);
-    let is_same =
-        all.len() >= FEWEST && quantile(&mut all, 0.5) < EXACT && quantile(&mut all, 0.75) < NEAR;
+    let is_same = all.len() >= MIN_MEANS
+        && quantile(&mut all, 0.5) < EXACT
+        && quantile(&mut all, 0.75) < UPPER_QUARTILE_TOLERANCE;
     is_same.then_some(all.len())
 }
 
 /// How a lean follows an account of the turn, both over 2.2 s.
 #[derive(Debug)]
 struct Follows {
-    /// What the turn is of.
+    /// Source of the turn.
     of: &'static str,
     /// Lean over turn.
     scale: f64,
     /// Half of the means are within this share of that.
     off: f64,
-    /// Means in steep bends.
+    /// Means in steep corners.
     count: usize,
 }
 
 impl Follows {
-    /// At the delay at which it follows best; `None` of too few bends, and of a lean that is larger or smaller than the turn
+    /// At the delay at which it follows best; `None` of too few corners, and of a lean that is larger or smaller than the turn
     /// asks for.
     fn of(view: &View, lean: &[f64], turn: &[f64], of: &'static str) -> Option<Self> {
         let (lean, turn) = (view.as_slow(lean), view.as_slow(turn));
@@ -118,7 +119,7 @@ impl Follows {
                     None => f64::NAN,
                 }
             };
-            // an offset of the lean makes left and right bends differ, and is no share
+            // an offset of the lean makes left and right corners differ, and is no share
             let side = |is_left| {
                 let is_it = |i: usize| (turn[i] > 0.0) == is_left;
                 view.moving(|i| if is_it(i) { ratio(i) } else { f64::NAN })
@@ -129,7 +130,7 @@ impl Follows {
             if count < ENOUGH {
                 return None;
             }
-            let of_side = |all: &mut Vec<f64>| (all.len() >= FEWEST).then(|| quantile(all, 0.5));
+            let of_side = |all: &mut Vec<f64>| (all.len() >= MIN_MEANS).then(|| quantile(all, 0.5));
             let scales: Vec<f64> = sides.iter_mut().filter_map(of_side).collect();
             let scale = scales.iter().sum::<f64>() / scales.len() as f64;
             off.iter_mut().for_each(|ratio| *ratio = (*ratio / scale - 1.0).abs());
@@ -154,8 +155,8 @@ impl Follows {
         };
         if *off < CLOSE {
             return out.push(finding(format!(
-                "{size}: it is calculated of the turn and smoothed, and as a measurement of the lean it would say of every \
-                 tyre the same; map a lean that an inertial unit measures"
+                "{size}: it was calculated from the turn and smoothed, not measured, so every tyre \
+                 would get the same coefficients; map a lean that an inertial unit measures"
             )));
         }
         let doubt = format!(
@@ -173,8 +174,9 @@ fn finding(of: &str, count: usize) -> Finding {
         channel: Channel::Roll,
         count,
         message: format!(
-            "roll is -atan({of}) number by number: one of them is calculated of the other, and as a measurement of the \
-             lean it would say of every tyre the same; map a lean that an inertial unit measures"
+            "roll is -atan({of}) number by number: one was calculated from the other, not \
+             measured, so every tyre would get the same coefficients; map a lean that an inertial \
+             unit measures"
         ),
     }
 }
@@ -217,7 +219,7 @@ mod tests {
         (0..lean.len()).map(at).collect()
     }
 
-    /// What the checks say of a ride with another lean and no lateral acceleration, and whether the lean stays.
+    /// Findings of the checks on a ride with another lean and no lateral acceleration, and whether the lean stays.
     fn said_of(mut session: Session, lean: Vec<f64>) -> (Vec<String>, bool) {
         session.set(Channel::Roll, lean);
         let mut session = without(session, &[Channel::AccelerationY, Channel::RollRate]);

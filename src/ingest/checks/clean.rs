@@ -1,7 +1,7 @@
 //! Samples that no sensor can have meant: out of range, spikes, clipped, stuck.
 //!
 //! What is found becomes NaN, and a warning says so. All tests are conservative: a doubtful
-//! sample stays, the robust fits behind can live with it.
+//! sample stays, the robust fits tolerate it.
 
 use super::{frozen, zero_speed};
 use crate::contract::schema;
@@ -375,7 +375,7 @@ fn peaks(x: &[f64], least: f64) -> Vec<usize> {
     found
 }
 
-/// What a jump must at least be to look at it: so many robust standard deviations of the
+/// Least jump that is examined: so many robust standard deviations of the
 /// sample-to-sample change, and a fiftieth of the usual span.
 fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
     let stride = (x.len() / 2048).max(1);

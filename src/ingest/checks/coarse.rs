@@ -27,7 +27,7 @@ pub(super) fn take_out(session: &Session, view: &mut View) -> Option<Warning> {
     view.remove(Channel::Latitude);
     view.remove(Channel::Longitude);
     let message = format!(
-        "latitude and longitude are rounded to {step:.0} m: too coarse to check speeds and bends by them; write positions \
+        "latitude and longitude are rounded to {step:.0} m: too coarse to check speeds and corners by them; write positions \
          with seven decimals of a degree"
     );
     Some(warning("coarse_position", Some(Channel::Latitude), lat.len(), None, message))

@@ -1,7 +1,7 @@
 //! Brakes and throttle against what follows them.
 
 use super::finding::{Finding, Findings};
-use super::view::{FEWEST, View, quantile};
+use super::view::{MIN_MEANS, View, quantile};
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
@@ -56,7 +56,7 @@ fn sign(
     out: &mut Findings<'_>,
 ) -> Result<(), Error> {
     let mut all = view.moving(|i| p[i]);
-    if all.len() < FEWEST {
+    if all.len() < MIN_MEANS {
         return Ok(());
     }
     let range = quantile(&mut all, 0.995) - quantile(&mut all, 0.005);
@@ -96,7 +96,7 @@ fn unit(view: &View, pull: &[f64], out: &mut Findings<'_>) -> Result<(), Error> 
     }
     let whole = |i: usize| lines.iter().map(|l| l.1[i]).sum::<f64>();
     let mut all = view.moving(whole);
-    if all.len() < FEWEST {
+    if all.len() < MIN_MEANS {
         return Ok(());
     }
     let most = quantile(&mut all, 0.998);
@@ -150,7 +150,7 @@ fn weak(
             pull[i] < -BRAKES && others && own[i] > PRESSED * most
         };
         let count = view.moving(|i| if alone(i) { own[i] } else { f64::NAN }).len();
-        if most > 0.0 && most < LEAST && count >= FEWEST {
+        if most > 0.0 && most < LEAST && count >= MIN_MEANS {
             out.push(Finding {
                 code: RejectionCode::UnitPressure,
                 channel: *channel,
@@ -176,7 +176,7 @@ fn throttle(view: &View, t: &[f64], pull: &[f64], out: &mut Findings<'_>) -> Res
         channel: Channel::Throttle,
         count: view.count_moving(),
         message: format!(
-            "throttle is {:.0} % open under braking and {:.0} % under drive: it is turned round, or another channel",
+            "throttle is {:.0} % open under braking and {:.0} % under drive: it is inverted, or another channel",
             100.0 * braked,
             100.0 * driven
         ),

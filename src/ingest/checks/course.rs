@@ -10,7 +10,7 @@ use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::ingest::error::Error;
 
-/// Lateral acceleration above which it is a bend, g.
+/// Lateral acceleration above which it is a corner, g.
 const BEND: f64 = 0.1;
 /// A median ratio below this is that of a wrong sign.
 const WRONG: f64 = -0.3;
@@ -70,7 +70,7 @@ fn roll_turned(m: Median, track: bool) -> Finding {
     let which = if track {
         "the track over ground agrees with yaw: turn the sign of roll in the channel map"
     } else {
-        "one of them has the wrong sign, and no track over ground tells which (a compass course \
+        "one of them has the wrong sign, and no track over ground shows which (a compass course \
          needs `sign = -1`)"
     };
     Finding {
@@ -78,8 +78,8 @@ fn roll_turned(m: Median, track: bool) -> Finding {
         channel: Channel::Roll,
         count: m.n,
         message: format!(
-            "roll leans out of the bends that yaw turns: -tan(roll) is {:+.2} times v d(yaw)/dt / g \
-             in {} means of 0.2 s (left bend: roll negative, yaw growing); {which}",
+            "roll leans out of the corners that yaw turns: -tan(roll) is {:+.2} times v d(yaw)/dt / g \
+             in {} means of 0.2 s (left corner: roll negative, yaw growing); {which}",
             m.value, m.n
         ),
     }
@@ -92,7 +92,7 @@ fn mirrored(m: Median, channel: Channel, which: &str) -> Finding {
         count: m.n,
         message: format!(
             "the track over ground turns the other way than {which} ({:+.2} times in {} means of \
-             0.2 s): either the sign is wrong (left bend: roll negative) or latitude and longitude \
+             0.2 s): either the sign is wrong (left corner: roll negative) or latitude and longitude \
              are exchanged",
             m.value, m.n
         ),

@@ -6,14 +6,13 @@ use crate::contract::warning::Warning;
 use crate::ingest::checks::switches::{Effect, Switches};
 use crate::ingest::error::Error;
 
-/// Something wrong.
 pub(crate) struct Finding {
     /// One of [`CHECKS`](crate::ingest::CHECKS).
     pub code: RejectionCode,
     pub channel: Channel,
-    /// How many 0.2 s means it was seen in.
+    /// Number of 0.2 s means with it.
     pub count: usize,
-    /// What was seen and what to do; what comes of it is added to it.
+    /// Observation, and what to do; what comes of it is added to it.
     pub message: String,
 }
 

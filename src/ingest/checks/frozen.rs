@@ -11,10 +11,10 @@ use crate::statistics::order;
 
 /// A frozen position goes on with a hop longer than this, m, ...
 const HOP: f64 = 10.0;
-/// ... and than so many of those behind it: a start from a stop is slow.
+/// ... and than so many of those after it: a start from a stop is slow.
 const TIMES: f64 = 3.0;
-/// Hops behind it that are looked at.
-const BEHIND: usize = 5;
+/// Number of hops after it that are compared.
+const HOPS_AFTER: usize = 5;
 
 /// Takes out positions that rest for at least so long, s, and then jump, with a warning.
 pub(super) fn take_out(log: &mut Clocked, least: f64, warnings: &mut Vec<Warning>) {
@@ -78,7 +78,7 @@ pub(crate) fn frozen(stamps: &[f64], [lat, lon]: [&[f64]; 2], least: f64) -> Vec
             continue;
         }
         let jump = hop(i);
-        let behind = order::finite((i + 1..lat.len()).take(BEHIND).map(hop));
+        let behind = order::finite((i + 1..lat.len()).take(HOPS_AFTER).map(hop));
         let usual = order::median_of_finite(&behind).unwrap_or(f64::INFINITY);
         if jump > HOP && jump > TIMES * usual {
             runs.push((a, i));

@@ -1,7 +1,7 @@
 //! Channels with many samples that no motorcycle gives, and no unit that would explain them.
 
 use super::finding::{Finding, Findings};
-use super::view::{FEWEST, View};
+use super::view::{MIN_MEANS, View};
 use crate::contract::channel::Channel;
 use crate::contract::rejection::RejectionCode;
 use crate::contract::schema;
@@ -28,7 +28,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
         let mut outside = all.iter().filter(|v| **v < low || **v > high);
         let Some(first) = outside.next() else { continue };
         let count = 1 + outside.count();
-        if all.len() < FEWEST || (count as f64) < RARE * all.len() as f64 {
+        if all.len() < MIN_MEANS || (count as f64) < RARE * all.len() as f64 {
             continue;
         }
         out.push(Finding {

@@ -13,7 +13,7 @@ use crate::ingest::maps::propose::motion;
 use crate::ingest::maps::propose::physics::{Clock, Log, Verdicts, judge};
 use crate::store::objects::Location;
 
-/// What the channels of a surveyed log are; `radii` are the bike file's, front and rear, m.
+/// Channels of a surveyed log by the motion; `radii` are the bike file's, front and rear, m.
 ///
 /// # Errors
 /// The log cannot be read.

@@ -81,7 +81,7 @@ pub fn check(
     Ok(findings.warnings)
 }
 
-/// What the same checks say of a session; it stays as it is.
+/// Findings of the same checks on a session; it stays as it is.
 pub(crate) fn look(session: &Session, bike: Option<&Bike>, config: &Config) -> Vec<Warning> {
     if !has_velocity(session) {
         return Vec::new();
@@ -113,7 +113,7 @@ fn run<'a>(
     }
     let mut view = View::new(session);
     findings.warnings.extend(coarse::take_out(session, &mut view));
-    if view.count_moving() < view::FEWEST {
+    if view.count_moving() < view::MIN_MEANS {
         findings.push(Finding {
             code: RejectionCode::Standstill,
             channel: Channel::VelocityX,

@@ -35,7 +35,7 @@ const CLIP: f64 = 2.0;
 /// Least scatter of the residuals, m/s.
 const LEAST: f64 = 0.01;
 /// Fewest means: 20 s.
-const FEWEST: usize = 100;
+const MIN_MEANS: usize = 100;
 /// Standard errors that a sign and a scale are sure by, and `b` from which on they are: filters and delays of the channels
 /// are not in the errors.
 const TURNED: (f64, f64) = (3.0, -0.33);
@@ -64,7 +64,7 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     if [VelocityX, VelocityY, AccelerationY, YawRate, Roll].iter().any(|c| out.concern(*c)) {
         return Ok(());
     }
-    let Some(rows) = rows(view).filter(|rows| rows.len() >= FEWEST) else { return Ok(()) };
+    let Some(rows) = rows(view).filter(|rows| rows.len() >= MIN_MEANS) else { return Ok(()) };
     let Some(scale) = solved(view, &rows) else { return Ok(()) };
     let (code, what) = if scale.is_turned() {
         (RejectionCode::SignVelocityY, "its sign is wrong; turn it")

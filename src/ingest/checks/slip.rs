@@ -130,7 +130,7 @@ impl<'a> Motion<'a> {
         let at: Vec<f64> = view.moving(|i| if wanted(i) { i as f64 } else { f64::NAN });
         let at: Vec<usize> = at.into_iter().map(|i| i as usize).collect();
         let at: Vec<usize> = at.into_iter().filter(|&i| self.force[i].is_finite()).collect();
-        if at.len() < super::view::FEWEST {
+        if at.len() < super::view::MIN_MEANS {
             return None;
         }
         let of = |f: &dyn Fn(usize) -> f64| at.iter().map(|&i| f(i)).collect::<Vec<f64>>();
@@ -151,7 +151,7 @@ impl<'a> Motion<'a> {
 fn brake(view: &View, channel: Channel) -> Option<Brake> {
     let pressure = view.get(channel)?;
     let mut known = view.moving(|i| pressure[i]);
-    if known.len() < super::view::FEWEST {
+    if known.len() < super::view::MIN_MEANS {
         return None;
     }
     let (rest, full) = (quantile(&mut known, 0.2), quantile(&mut known, 0.998));

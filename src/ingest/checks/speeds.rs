@@ -11,7 +11,7 @@ use crate::ingest::error::Error;
 const SPEED_UNITS: [(&str, f64); 4] =
     [("km/h", 1.0 / 3.6), ("mph", 0.447_04), ("knots", 0.514_444), ("m/s", 1.0)];
 
-/// What a spin's number is multiplied by when its unit is another one.
+/// Factor of a spin's number in another unit.
 struct Unit {
     factor: f64,
     name: &'static str,
@@ -32,7 +32,7 @@ fn misread() -> impl Iterator<Item = (f64, String)> {
 }
 
 /// How near a ratio must be to a unit's, relative: radii are a few per cent off, units more.
-const NEAR: f64 = 0.08;
+const RATIO_TOLERANCE: f64 = 0.08;
 /// Units nearer to each other than this are not distinguished from a speed that is off (knots and mph), logarithm.
 const DISTINCT: f64 = 0.3;
 /// Velocity and track over ground are as fast within this.
@@ -53,7 +53,7 @@ struct Wheel {
     ratio: Median,
 }
 
-/// What agrees with the velocity.
+/// Channels that agree with the velocity.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Witnesses {
     /// The track over ground.
@@ -117,7 +117,7 @@ fn over_ground(
     let Some((speed, _)) = view.track() else { return Ok(false) };
     let Some(ratio) = view.ratio(|i| v[i], |i| speed[i], 0.5) else { return Ok(false) };
     let nearest = misread().map(|(factor, how)| (off(ratio.value, factor), factor, how));
-    let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|n| n.0 < NEAR);
+    let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|n| n.0 < RATIO_TOLERANCE);
     let seen =
         format!("it is {:.2} times the speed over ground from latitude and longitude", ratio.value);
     if let Some((_, factor, how)) = &nearest
@@ -281,10 +281,10 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
     };
     let candidates = unit_candidates(suspects, velocity_suspect);
     if let [(near, code, unit), (next, code2, unit2), ..] = &candidates[..]
-        && *near < NEAR
+        && *near < RATIO_TOLERANCE
     {
         let (next, code) = (*next, *code);
-        let or = if next < 1.5 * NEAR {
+        let or = if next < 1.5 * RATIO_TOLERANCE {
             format!(" (or {} like {unit2})", what(*code2))
         } else {
             String::new()

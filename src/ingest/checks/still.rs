@@ -12,7 +12,7 @@ use crate::ingest::error::Error;
 
 /// A range of speeds in which everything has to move, m/s.
 const VARIED: f64 = 3.0;
-/// Lateral acceleration of a bend, m/s².
+/// Lateral acceleration of a corner, m/s².
 const BEND: f64 = 1.0;
 /// A deceleration that no engine gives, m/s², and how many means it must last for: 2 s.
 const HARD: (f64, usize) = (4.0, 10);
@@ -58,18 +58,18 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
         let pressed =
             |c| view.get(c).and_then(|x| view.extent(x)).is_some_and(|e| e[1] - e[0] > REST);
         let against = match channel {
-            VelocityX => other_speed.then_some("wheels or track tell that the speed changes"),
+            VelocityX => other_speed.then_some("wheels or track show that the speed changes"),
             VelocityY | AccelerationY | Roll | YawRate | RollRate | SteerAngle => {
-                turns.filter(|of| *of != channel).map(|_| "the others tell of bends")
+                turns.filter(|of| *of != channel).map(|_| "the other channels show corners")
             }
             // a road may lead straight along a parallel
             Latitude | Longitude => (low == 0.0 && varied).then_some("the bike moves"),
             BrakePressureFront | BrakePressureRear if low.abs() > REST => {
-                varied.then_some("no brake is pressed all along")
+                varied.then_some("the bike moves and no brake is pressed throughout")
             }
             BrakePressureFront | BrakePressureRear => {
                 let any = pressed(BrakePressureFront) || pressed(BrakePressureRear);
-                (hard && !any).then_some("it brakes hard, and no pressure tells")
+                (hard && !any).then_some("it brakes hard without any pressure")
             }
             Throttle => (hard && low > 0.03).then_some("it brakes hard"),
             _ => varied.then_some("the speed changes"),
@@ -80,15 +80,15 @@ pub(crate) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
             channel,
             count: view.count_moving(),
             message: format!(
-                "{channel} is {low:.4} all along while {against}: taken as stuck; check the sensor, or take it \
-                 out of the channel map"
+                "{channel} stays at {low:.4} while {against}: taken as stuck; check the sensor, or \
+                 remove it from the channel map"
             ),
         })?;
     }
     Ok(())
 }
 
-/// The first channel that tells of bends, if one does.
+/// The first channel that tells of corners, if one does.
 fn bends(view: &View) -> Option<Channel> {
     use Channel::*;
     let v = view.get(VelocityX)?;

@@ -19,7 +19,7 @@
 
 use super::finding::{Finding, Findings};
 use super::slip::{Free, Motion};
-use super::view::{FEWEST, View, quantile};
+use super::view::{MIN_MEANS, View, quantile};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -42,7 +42,7 @@ const LEAST_BRAKING: f64 = 1.0;
 /// Standard deviation of `D`: wheel speeds and radii; and of a predicted slip, relative.
 const SLIP_ERROR: (f64, f64) = (0.004, 0.25);
 /// Speeds this near to each other have the same engine braking, relative.
-const NEAR: f64 = 0.3;
+const SPEED_TOLERANCE: f64 = 0.3;
 /// Standard deviation of the engine's deceleration, relative and in m/s².
 const ENGINE_ERROR: (f64, f64) = (0.3, 0.3);
 
@@ -56,9 +56,9 @@ pub(crate) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
             channel: Channel::WheelSpeedFront,
             count: free.n,
             message: format!(
-                "wheel_speed_front and wheel_speed_rear seem exchanged: for every m/s2 of drive the front \
-                 wheel runs {:+.2} % to the rear one (+-{:.2} %), it must be slower the more the engine \
-                 drives; exchange them in the channel map",
+                "wheel_speed_front and wheel_speed_rear seem exchanged: per m/s2 of drive the \
+                 front wheel gains {:+.2} % on the rear one (+-{:.2} %), although the driven wheel \
+                 must gain; exchange them in the channel map",
                 100.0 * free.by_force,
                 100.0 * free.error
             ),
@@ -140,10 +140,10 @@ fn brakes(
     }
 }
 
-/// What the wheels say of the brakes.
+/// Evidence of the wheels about the brakes.
 #[derive(Debug, Default)]
 struct Evidence {
-    /// Sum of (2) over the braking manoeuvres; positive for channels as they are named.
+    /// Sum of (2) over the braking manoeuvres; positive where the channels are what their names say.
     sum: f64,
     brakings: usize,
     n: usize,
@@ -212,12 +212,12 @@ fn engine<'a>(view: &View, motion: &'a Motion<'a>) -> impl Fn(usize) -> Option<f
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     move |i| {
         // the twenty at speeds nearest to this one
-        let (v, half) = (motion.v[i], FEWEST / 2);
-        let last = samples.len().checked_sub(FEWEST)?;
+        let (v, half) = (motion.v[i], MIN_MEANS / 2);
+        let last = samples.len().checked_sub(MIN_MEANS)?;
         let start = samples.partition_point(|s| s.0 < v).saturating_sub(half).min(last);
-        let near = &samples[start..start + FEWEST];
+        let near = &samples[start..start + MIN_MEANS];
         let middle = near[half].0;
-        if (middle / v - 1.0).abs() > NEAR {
+        if (middle / v - 1.0).abs() > SPEED_TOLERANCE {
             return None;
         }
         let mut taken: Vec<f64> = near.iter().map(|s| s.1).collect();

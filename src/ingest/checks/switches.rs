@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::contract::key_error::KeyError;
 use crate::contract::rejection::RejectionCode;
 
-/// What a finding does to the log.
+/// Effect of a finding on the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Effect {
@@ -38,10 +38,10 @@ impl Effect {
 pub struct Check {
     /// Code in `warnings` and `rejected`, and the key of its switch.
     pub code: RejectionCode,
-    /// What it is seen by.
+    /// Measure by which it is seen.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub seen_by: &'static str,
-    /// What it does where the pipeline says nothing.
+    /// Effect without a setting of the pipeline.
     pub effect: Effect,
 }
 
@@ -177,12 +177,12 @@ impl Switches {
         self.0.is_empty()
     }
 
-    /// What the pipeline says of a code, if it says something.
+    /// Setting of the pipeline for a code, if there is one.
     pub fn given(&self, code: RejectionCode) -> Option<Effect> {
         self.0.get(&code).copied()
     }
 
-    /// What a finding of this code does.
+    /// Effect of a finding with this code.
     pub fn effect(&self, code: RejectionCode) -> Effect {
         let usual = || CHECKS.iter().find(|c| c.code == code).map(|c| c.effect);
         self.given(code).or_else(usual).unwrap_or(Effect::Warn)

@@ -42,7 +42,7 @@ fn plan(t: f64) -> (f64, f64) {
     (a, 0.5 * bend(20.0, 28.0) - 0.3 * bend(30.0, 38.0))
 }
 
-/// Six minutes of laps with drive, front and rear braking, a left and a slow right bend.
+/// Six minutes of laps with drive, front and rear braking, a left and a slow right corner.
 pub(crate) fn ride(seed: u64) -> Session {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
     let normal = Normal::new(0.0, 1.0).expect("unit normal");

@@ -11,7 +11,7 @@ const BLOCK: f64 = 0.2;
 /// Above this speed the bike moves, m/s: below it wheels and satellites are too coarse.
 pub(crate) const MOVING: f64 = 3.0;
 /// Fewest means that a judgement rests on: 4 s.
-pub(crate) const FEWEST: usize = 20;
+pub(crate) const MIN_MEANS: usize = 20;
 
 /// Means of every channel over consecutive 0.2 s; NaN where half the samples are missing.
 pub(crate) struct View {
@@ -33,7 +33,7 @@ pub(crate) struct Pair {
     /// How many times the second the first is, its sign included: noise and delays, which make either median smaller,
     /// cancel out.
     pub(crate) scale: f64,
-    /// What noise and delays leave of one: near zero where the two do not go together.
+    /// Correlation, reduced by noise and delays: near zero where the two do not agree.
     pub(crate) together: f64,
     pub(crate) n: usize,
 }
@@ -57,7 +57,6 @@ impl View {
         self.step
     }
 
-    /// Number of means.
     pub(crate) fn len(&self) -> usize {
         self.moving.len()
     }
@@ -129,24 +128,24 @@ impl View {
     pub(crate) fn extent(&self, x: &[f64]) -> Option<[f64; 2]> {
         let values = self.moving(|i| x[i]);
         let both = |[a, b]: [f64; 2], v: &f64| [a.min(*v), b.max(*v)];
-        (values.len() >= FEWEST)
+        (values.len() >= MIN_MEANS)
             .then(|| values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], both))
     }
 
     /// Median of `f` where the bike moves and `f` is a number; none of too few.
     pub(crate) fn median(&self, f: impl Fn(usize) -> f64) -> Option<Median> {
         let mut values = self.moving(f);
-        (values.len() >= FEWEST)
+        (values.len() >= MIN_MEANS)
             .then(|| Median { n: values.len(), value: quantile(&mut values, 0.5) })
     }
 
     /// 99th percentile of `|f|` where the bike moves; none of too few.
     pub(crate) fn p99(&self, f: impl Fn(usize) -> f64) -> Option<f64> {
         let mut values = self.moving(|i| f(i).abs());
-        (values.len() >= FEWEST).then(|| quantile(&mut values, 0.99))
+        (values.len() >= MIN_MEANS).then(|| quantile(&mut values, 0.99))
     }
 
-    /// What [`View::track`] makes of a rate of turn: the mean over 2 s, of means over 2 s.
+    /// Rate of turn as [`View::track`] gives it: the mean over 2 s, of means over 2 s.
     pub(crate) fn as_track(&self, x: &[f64]) -> Vec<f64> {
         let half = self.half_track();
         let mean = |x: &[f64]| {
@@ -168,7 +167,7 @@ impl View {
     }
 
     /// Size of the lateral acceleration, m/s², by the first of lean, yaw rate, heading and track over ground that is
-    /// there; `None` where nothing tells bends from straights.
+    /// there; `None` where nothing tells corners from straights.
     pub(crate) fn lateral(&self) -> Option<Vec<f64>> {
         if let Some(roll) = self.get(Channel::Roll) {
             return Some(roll.iter().map(|x| GRAVITY * x.tan().abs()).collect());

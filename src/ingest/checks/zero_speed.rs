@@ -19,7 +19,7 @@ const LATE: f64 = 1.0;
 /// No motorcycle stops or starts by more than this from sample to sample while its wheels turn, m/s, ...
 const JUMP: f64 = 3.0;
 /// ... and this for each second between them, m/s².
-const MOST: f64 = 12.0;
+const MAX_ACCELERATION: f64 = 12.0;
 
 /// Takes such speeds out, with a warning. The front wheel has to turn, and the rear one where there is one: a burnout
 /// turns the rear wheel alone. Without wheels the positions beside the speed have to go on.
@@ -65,7 +65,9 @@ pub(super) fn take_out(log: &mut Clocked, warnings: &mut Vec<Warning>) {
         }
         let jumps = |from: usize, to: Option<usize>| {
             let to = to.filter(|to| *to < values.len());
-            to.is_some_and(|to| values[to].abs() > JUMP + MOST * (stamps[from] - stamps[to]).abs())
+            to.is_some_and(|to| {
+                values[to].abs() > JUMP + MAX_ACCELERATION * (stamps[from] - stamps[to]).abs()
+            })
         };
         let sudden = || jumps(a, a.checked_sub(1)) || jumps(i - 1, Some(i));
         if stamps[i - 1] - stamps[a] >= LATE || sudden() {

@@ -36,7 +36,7 @@ fn fill(values: &mut [f64], start: usize, end: usize, kind: Interpolation) {
     }
 }
 
-/// What is missing in one channel.
+/// Gaps of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Gaps {
     count: usize,

@@ -5,14 +5,12 @@ use crate::contract::channel::Channel;
 /// Largest distance from the clock that needs no interpolation, as a share of its period.
 pub(crate) const ON_CLOCK: f64 = 0.02;
 
-/// The common clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Grid {
     /// Its first point, s.
     pub start: f64,
-    /// Hz
+    /// Rate, Hz.
     pub rate: f64,
-    /// Points.
     pub len: usize,
 }
 
@@ -23,12 +21,10 @@ pub(crate) enum Interpolation {
     Nearest,
     /// A straight line: bounded quantities that step, where a cubic would overshoot.
     Linear,
-    /// A cubic.
     Cubic,
 }
 
 impl Interpolation {
-    /// Of a channel.
     pub(crate) fn of(channel: Channel) -> Self {
         match channel {
             Channel::Gear | Channel::LapNumber => Interpolation::Nearest,

@@ -39,7 +39,7 @@ const EVEN: f64 = 0.9;
 /// ... of all but those that are so many times as long: the bike stood, or fixes were lost.
 const LONG: f64 = 1.7;
 /// Most rows of one fix.
-const MOST: usize = 500;
+const MAX_ROWS_PER_FIX: usize = 500;
 
 /// Where a receiver's numbers are new.
 #[derive(Debug, PartialEq)]
@@ -122,13 +122,13 @@ pub(crate) fn same_rows(a: &Arc<Vec<f64>>, b: &Arc<Vec<f64>>) -> bool {
     a.len() == b.len() && apart.all(|d| (d - first).abs() < 1e-6)
 }
 
-/// How many repeats there were, and at which rate.
+/// Number of repeats, and their rate.
 fn said(names: &[&str], time: &[f64], fixes: &Fixes) -> String {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
     let rate = order::median(&mut steps).map_or(f64::NAN, |step| 1.0 / step);
     format!(
-        "{}: {} of {} rows (at {rate:.3} Hz) only repeat the receiver's fix before them (at {:.3} Hz): they are no samples; \
-         one row of each fix is kept",
+        "{}: {} of {} rows (at {rate:.3} Hz) only repeat the receiver's last fix (fixes at {:.3} \
+         Hz); one row of each fix is kept",
         names.join(", "),
         time.len() - fixes.rows.len(),
         time.len(),
@@ -184,7 +184,7 @@ fn find(channels: &[&[f64]]) -> Option<Fixes> {
 /// Rows per fix, if new numbers come at an even pace.
 fn pace(rows: &[usize]) -> Option<f64> {
     // how many steps are of so many rows
-    let mut counts = vec![0_usize; 2 * MOST];
+    let mut counts = vec![0_usize; 2 * MAX_ROWS_PER_FIX];
     for step in rows.windows(2).map(|w| w[1] - w[0]) {
         if let Some(count) = counts.get_mut(step) {
             *count += 1;
@@ -193,8 +193,8 @@ fn pace(rows: &[usize]) -> Option<f64> {
     // a fix may come a row sooner or later, more of a slow receiver
     let evenly = |k: usize| k..=k + 1 + k / 8;
     let even = |k: usize| counts[evenly(k)].iter().sum::<usize>();
-    let k = (2..=MOST)
-        .max_by_key(|&k| (even(k), MOST - k))
+    let k = (2..=MAX_ROWS_PER_FIX)
+        .max_by_key(|&k| (even(k), MAX_ROWS_PER_FIX - k))
         .filter(|&k| even(k) >= LEAST_CHANGES - 1)?;
     let long = (LONG * (k + 1) as f64).ceil() as usize;
     let judged: usize = counts.iter().take(long).sum();

@@ -29,7 +29,6 @@ use crate::ingest::raw::Track;
 /// A channel on a repaired clock.
 #[derive(Debug, Clone)]
 pub(crate) struct Timed {
-    /// The channel.
     pub channel: Channel,
     /// Index of its clock.
     pub clock: usize,
@@ -42,7 +41,6 @@ pub(crate) struct Timed {
 pub(crate) struct Clocked {
     /// The clocks, each shared by the channels that were logged together.
     pub clocks: Vec<Clock>,
-    /// The channels.
     pub tracks: Vec<Timed>,
 }
 

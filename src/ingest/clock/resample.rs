@@ -84,7 +84,7 @@ pub(crate) fn onto_one_clock(
     if !filtered.is_empty() {
         let names: Vec<&str> = filtered.iter().map(|c| c.name()).collect();
         let message = format!(
-            "brought down to {rate} Hz behind a low-pass at {:.1} Hz: {}",
+            "brought down to {rate} Hz after a low-pass at {:.1} Hz: {}",
             CUT_OFF * rate,
             names.join(", ")
         );

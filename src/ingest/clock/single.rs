@@ -10,7 +10,7 @@ use crate::statistics::order::upper_median;
 /// Stamps that strictly increase.
 #[derive(Debug, Clone)]
 pub(crate) struct Clock {
-    /// s.
+    /// Stamps, s.
     pub stamps: Arc<Vec<f64>>,
     /// Usual distance between stamps, s.
     pub period: f64,
@@ -99,9 +99,9 @@ impl Repaired {
         let (n, rms) = self.jitter;
         if n > 0 {
             let done = if self.own_jitter {
-                "the logger's other clocks do not, so samples stay where they are to them"
+                "the logger's other clocks do not, so the samples keep their stamps"
             } else {
-                "samples are put where the regular clock has them"
+                "the samples get the stamps of the regular clock"
             };
             let message = format!(
                 "stamps jitter by {:.2} ms RMS around a regular {:.4} Hz; {done}",

@@ -2,11 +2,11 @@
 //! that are put right while they log.
 //!
 //! A restarted logger falls back by any time. A counter that came to its end stands at that end before, at its beginning
-//! behind, and goes on at the pace of its rows.
+//! after, and goes on at the pace of its rows.
 
 use super::stamps::unit::usual_step;
 
-/// What a counter counts up to, s.
+/// Largest value of a counter, s.
 #[rustfmt::skip]
 const TURNS: [(f64, &str); 12] = [
     (65.536, "a counter of 16 bits, in ms"), (655.36, "a counter of 16 bits, in 10 ms"), (6553.6, "a counter of 16 bits, in 0.1 s"),
@@ -57,11 +57,11 @@ pub(crate) fn unroll(stamps: &mut [f64]) -> Option<(usize, String)> {
                 turn = TURNS.iter().position(|t| t.0 == *by);
                 all += by;
                 count += 1;
-                what = format!("the stamps are {name}, which began again: they go on");
+                what = format!("the stamps are {name}, which began again: the clock continues");
             } else if SHARE * near < SUMMER && goes_on(SUMMER) {
                 all += SUMMER;
                 count += 1;
-                "the clock was put back by one hour, the end of summer time: it goes on"
+                "the clock was put back by one hour, the end of summer time: the clock continues"
                     .clone_into(&mut what);
             } else if let Some(leap) = LEAPS
                 .into_iter()
@@ -71,7 +71,8 @@ pub(crate) fn unroll(stamps: &mut [f64]) -> Option<(usize, String)> {
                 added[..k].iter_mut().for_each(|a| *a -= leap);
                 count += 1;
                 what = format!(
-                    "the receiver put its clock back by {leap} s, leap seconds of UTC: what is before that is put right"
+                    "the receiver put its clock back by {leap} s, leap seconds of UTC: earlier \
+                     stamps are corrected"
                 );
             }
         }

@@ -28,7 +28,6 @@ use crate::ingest::formats::streams::Streams;
 use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::store::objects::{Location, source};
 
-/// A FIT file.
 #[derive(Debug)]
 pub(super) struct Fit;
 
@@ -71,7 +70,7 @@ impl Format for Fit {
     }
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Default)]
 struct File {
     streams: Streams,
@@ -105,18 +104,18 @@ fn read(log: &Location) -> Result<Streams, Error> {
     } else if let Err(e) = end {
         let left = bytes.len() - at;
         let message =
-            format!("{}; read up to there, {left} bytes behind it are left out", e.message);
+            format!("{}; read up to there, {left} bytes after it are left out", e.message);
         streams.warn("truncated", 1, message);
     }
     streams.warn(
         "damaged",
         file.bad_sums,
-        "the file's checksum is wrong: some of its numbers may be".to_owned(),
+        "the file's checksum is wrong, so some of its numbers may be wrong too".to_owned(),
     );
     streams.warn(
         "bad_frame",
         file.bad,
-        format!("{} messages make no sense and are left out", file.bad),
+        format!("{} messages cannot be decoded and are left out", file.bad),
     );
     let message = format!("{} samples have no time and are left out", file.without_time);
     streams.warn("time_missing", file.without_time, message);
@@ -181,7 +180,7 @@ impl File {
                                 Err(_) => self.bad += 1,
                             }
                         }
-                        // a file may be several, one behind the other
+                        // a file may be several, one after the other
                         FitObject::Crc(_) => processor.reset(),
                         FitObject::Header(_) => headers += 1,
                         FitObject::DefinitionMessage(_) => {}
@@ -194,12 +193,12 @@ impl File {
                         processor.reset();
                     }
                     ErrorKind::UnexpectedEof(_) => {
-                        return Err(format!("the file breaks off at byte {}", *at));
+                        return Err(format!("the file is cut off at byte {}", *at));
                     }
                     _ if headers == 0 => return Err("the header is damaged".to_owned()),
                     other => {
                         let other = other.to_string();
-                        return Err(format!("what stands at byte {} is no message ({other})", *at));
+                        return Err(format!("there is no message at byte {} ({other})", *at));
                     }
                 },
             }

@@ -36,10 +36,10 @@ use crate::store::objects::Location;
 pub struct LogFormat {
     /// Its name, as in `format` of a channel map.
     pub name: &'static str,
-    /// What it is, in a line for people.
+    /// Description, in a line for people.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: &'static str,
-    /// How its channels are named in a channel map.
+    /// Names of its channels in a channel map.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub channel_names: &'static str,
     /// Extensions of file names by which its logs are found in a folder, in lower case.
@@ -52,7 +52,6 @@ pub struct LogFormat {
     pub sniff: fn(&Head<'_>) -> bool,
     /// Session, bike and start time, without decoding samples.
     pub identify: fn(&Location, Maps<'_>) -> Result<Identified, Error>,
-    /// The whole log.
     pub read: fn(&Location, Maps<'_>) -> Result<Raw, Error>,
     /// The channel map that `read` goes through, if it needs one.
     pub map: fn(&Location, Maps<'_>) -> Result<Option<ChannelMap>, Error>,
@@ -76,7 +75,7 @@ pub(crate) trait Format {
     /// Whether a file is of this format.
     fn sniff(head: &Head<'_>) -> bool;
 
-    /// What is in a log, without decoding samples where the format allows that.
+    /// Contents of a log, without decoding samples where the format allows that.
     ///
     /// # Errors
     /// The log cannot be read at all; what is damaged in part is a warning.
@@ -98,10 +97,9 @@ pub struct Decoder {
     pub decode: fn(&Location, &Aids, &[&SourceChannel]) -> Result<Decoded, Error>,
 }
 
-/// What a format is recognised by.
+/// Name and first bytes of a log.
 #[derive(Debug)]
 pub struct Head<'a> {
-    /// The file.
     pub log: &'a Location,
     /// Its first bytes, at most [`HEAD_LEN`].
     pub bytes: &'a [u8],
@@ -255,6 +253,6 @@ pub(crate) fn guarded<T>(
         |what: &str| Error::new(RejectionCode::Damaged, format!("{log} is damaged: {what}"));
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(done) => done.map_err(|message| damaged(&message)),
-        Err(_) => Err(damaged("its parts make no sense")),
+        Err(_) => Err(damaged("its parts contradict each other")),
     }
 }

@@ -33,15 +33,14 @@ use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
 use crate::store::objects::{Location, source};
 
-/// A GPX track.
 #[derive(Debug)]
 pub(super) struct Gpx;
 
 /// The speed that is computed where none was recorded.
 const COMPUTED: &str = "speed_from_positions";
-/// What a TCX is known by.
+/// Mark of a TCX.
 const TCX: &[u8] = b"<TrainingCenterDatabase";
-/// What a receiver's speed is computed over, to either side, s: enough for 25 Hz whose positions are rounded to 1 cm.
+/// Half the span of a receiver's computed speed, s: enough for 25 Hz whose positions are rounded to 1 cm.
 const SPAN: f64 = 0.25;
 /// More kinds of numbers than any app writes.
 const MOST_NAMES: usize = 100;
@@ -78,7 +77,7 @@ impl Format for Gpx {
         }
         let mut warnings = Vec::new();
         if let Some(why) = &track.broken {
-            let message = format!("the text breaks off or is damaged ({why}); read up to there");
+            let message = format!("the text is cut off or damaged ({why}); read up to there");
             warnings.push(warning("truncated", None, 1, None, message));
         }
         if track.without_time > 0 {
@@ -220,7 +219,7 @@ impl Track {
             }
         }
         match point {
-            Some(_) => Err("the last point is not finished".to_owned()),
+            Some(_) => Err("the last point is incomplete".to_owned()),
             None => Ok(()),
         }
     }

@@ -24,7 +24,6 @@ use crate::ingest::raw::{Identified, Raw};
 use crate::ingest::warning::warning;
 use crate::store::objects::{Location, source};
 
-/// The format.
 pub(super) const FORMAT: LogFormat = LogFormat {
     name: "kiro",
     description: "The KIRO electric race motorcycle's text",
@@ -91,7 +90,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         ..Raw::default()
     };
     if broken > 0 {
-        let message = format!("{broken} lines of a known kind are broken off; taken as missing");
+        let message = format!("{broken} lines of a known kind are incomplete; taken as missing");
         raw.warnings.push(warning("bad_line", None, broken, None, message));
     }
     Ok(raw)

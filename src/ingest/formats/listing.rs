@@ -9,7 +9,7 @@ use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
 use crate::ingest::raw::Column;
 
-/// What is in a log.
+/// Contents of a log.
 #[derive(Debug, Clone, Default)]
 pub struct Listing {
     /// Its channels, those of one group one after the other.
@@ -36,14 +36,14 @@ pub struct ListedClock {
     pub unit: Option<String>,
     /// Whether it tells the day.
     pub epoch: bool,
-    /// What decided, where the log does not say it.
+    /// Reason of the decision, where the log does not say it.
     pub why: Option<String>,
 }
 
 /// A channel as the log lists it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SourceChannel {
-    /// What it was logged with (a group, topic or message); empty if the format has none.
+    /// Group of the channel in its log (a group, topic or message); empty if the format has none.
     pub group: String,
     /// Its name within the group.
     pub name: String,
@@ -66,7 +66,7 @@ pub struct Decoded {
     pub columns: Vec<Column>,
     /// Warnings beyond [`Listing::warnings`].
     pub warnings: Vec<Warning>,
-    /// What the logger says of the laps, s on the clock of the columns' stamps; empty for most formats.
+    /// The logger's own laps, s on the clock of the columns' stamps; empty for most formats.
     pub markers: Markers,
 }
 
@@ -84,7 +84,7 @@ impl SourceChannel {
     }
 
     /// Whether a map means this channel by `text`: its name, or group and name with `/` or `.`
-    /// between; of twins with the number behind it, too.
+    /// between; of twins with the number after it, too.
     pub(crate) fn is_called(&self, text: &str) -> bool {
         let with_group = || {
             let rest = text.strip_prefix(self.group.as_str())?.strip_prefix(['/', '.'])?;

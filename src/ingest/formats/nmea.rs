@@ -64,7 +64,7 @@ impl Format for Nmea {
 /// A sentence, its fields without the kind and the checksum.
 #[derive(Debug)]
 struct Sentence<'a> {
-    /// Three letters behind the two of the talker.
+    /// Three letters after the two of the talker.
     kind: &'a str,
     fields: Vec<&'a str>,
     /// Whether the checksum is right; `None` where there is none.
@@ -111,7 +111,7 @@ impl<'a> Sentence<'a> {
         right.then(|| f64::from(3600 * hours + 60 * minutes) + seconds)
     }
 
-    /// Degrees, north and east positive, of `ddmm.mmmm` and the letter behind it.
+    /// Degrees, north and east positive, of `ddmm.mmmm` and the letter after it.
     fn degrees(&self, at: usize, [positive, negative]: [&str; 2], most: f64) -> Option<f64> {
         let number = self.number(at).filter(|x| *x >= 0.0)?;
         let whole = (number / 100.0).trunc();
@@ -184,7 +184,6 @@ pub(super) fn within(bytes: &[u8]) -> Option<Streams> {
 /// Sentences that are not taken, and why.
 #[derive(Debug, Default, PartialEq)]
 struct Faults {
-    /// Sentences in all.
     sentences: usize,
     bad_sum: usize,
     without_sum: usize,
@@ -465,7 +464,7 @@ mod tests {
             assert_eq!(streams.facts.iter().any(|f| f.0 == "date"), first.is_empty());
             assert_eq!(streams.meta.start_time.is_none(), first.is_empty(), "no day, no start");
         }
-        // another day's ride behind it
+        // another day's ride after it
         let (streams, _) = of_text(&(rmc("120000.00", "010526") + &rmc("120001.00", "030526")));
         assert_eq!(streams.all[0].time[1] - streams.all[0].time[0], 2.0 * DAY + 1.0);
     }

@@ -35,7 +35,6 @@ use crate::store::objects::Location;
 use crate::store::objects::source;
 use crate::store::objects::source::Source;
 
-/// The format.
 pub(crate) const FORMAT: LogFormat = LogFormat {
     name: "parquet",
     description: "session.v1, and other tables with a clock",
@@ -52,7 +51,7 @@ pub(crate) const FORMAT: LogFormat = LogFormat {
 
 const MAGIC: &[u8] = b"PAR1";
 
-/// What of a log in an object store is fetched first, from its end: the footer is in it, mostly.
+/// Bytes of a log in an object store that are fetched first, from its end: the footer is in it, mostly.
 const TAIL: u64 = 64 << 10;
 
 /// Most rows of one session: five hours at 1 kHz.
@@ -223,7 +222,7 @@ fn field_conversion(log: &Location, field: &Field, unit: &str) -> Result<Convers
     })
 }
 
-/// The footer, after its claims have been held against the file's size.
+/// The footer, after its claims have been checked against the file's size.
 fn open(log: &Location) -> Result<(Source, ArrowReaderMetadata), Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let mut file = source::open(log).map_err(fail)?;
@@ -319,7 +318,7 @@ fn guarded<T>(log: &Location, work: impl FnOnce() -> Result<T, String>) -> Resul
             Err(Error::new(RejectionCode::Damaged, format!("{log} is damaged: {message}")))
         }
         Err(_) => {
-            let message = format!("{log} is damaged: its pages make no sense");
+            let message = format!("{log} is damaged: its pages cannot be decoded");
             Err(Error::new(RejectionCode::Damaged, message))
         }
     }

@@ -21,7 +21,6 @@ use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
 use crate::store::objects::{Location, source};
 
-/// A suspension log.
 #[derive(Debug)]
 pub(super) struct Sst;
 
@@ -102,7 +101,7 @@ impl File {
         }
         let rate = u16::from_le_bytes([header[4], header[5]]);
         if rate == 0 {
-            let message = format!("{log} says that its rate is 0 Hz: its header is damaged");
+            let message = format!("the header of {log} is damaged: it gives a rate of 0 Hz");
             return Err(Error::new(RejectionCode::Damaged, message));
         }
         let start = header[8..].iter().rev().fold(0_u64, |sum, b| sum << 8 | u64::from(*b));

@@ -10,12 +10,12 @@ use crate::ingest::warning::warning;
 
 /// The name of the speed that is computed where none was recorded.
 pub(super) const COMPUTED: &str = "speed_from_positions";
-/// What it is computed over, to either side, s: enough for 25 Hz whose positions are rounded to 1 cm.
+/// Half the span of the computed speed, s: enough for 25 Hz whose positions are rounded to 1 cm.
 const SPAN: f64 = 0.25;
 /// Between positions that are further apart nothing was recorded, s.
 const PAUSE: f64 = 5.0;
 /// Streams of a log at most, and channels of a stream.
-pub(super) const MOST: usize = 200;
+pub(super) const MAX_STREAMS: usize = 200;
 
 /// A channel of a stream.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,7 +35,6 @@ pub(super) struct Stream {
     pub group: String,
     /// Stamps, s.
     pub time: Vec<f64>,
-    /// Its channels.
     pub lines: Vec<Line>,
 }
 
@@ -46,7 +45,6 @@ pub(super) struct Streams {
     pub all: Vec<Stream>,
     /// Session, bike and start time, as far as the log tells them.
     pub meta: Meta,
-    /// For people.
     pub facts: Vec<(String, String)>,
     /// Damage and doubts.
     pub warnings: Vec<Warning>,
@@ -69,11 +67,11 @@ impl Stream {
         self.lines.iter_mut().for_each(|l| l.values.push(f64::NAN));
     }
 
-    /// A number of the last row. A channel that is new has none in the rows before; beyond [`MOST`] there are no new ones.
+    /// A number of the last row. A channel that is new has none in the rows before; beyond [`MAX_STREAMS`] there are no new ones.
     pub(super) fn set(&mut self, name: &str, unit: Option<&str>, value: f64) {
         let rows = self.time.len();
         let at = self.lines.iter().position(|l| l.name == name).or_else(|| {
-            (self.lines.len() < MOST).then(|| {
+            (self.lines.len() < MAX_STREAMS).then(|| {
                 let values = vec![f64::NAN; rows];
                 self.lines.push(Line {
                     name: name.to_owned(),
@@ -119,7 +117,7 @@ impl Streams {
     /// The stream of a group, made where there is none; the last of all where there would be too many.
     pub(super) fn group(&mut self, group: &str) -> &mut Stream {
         let at = self.all.iter().position(|s| s.group == group).unwrap_or_else(|| {
-            if self.all.len() < MOST {
+            if self.all.len() < MAX_STREAMS {
                 self.all.push(Stream::new(group));
             }
             self.all.len() - 1
@@ -149,7 +147,7 @@ impl Streams {
         }
     }
 
-    /// What is in the log. Channels without any number are not listed.
+    /// Contents of the log. Channels without any number are not listed.
     pub(super) fn listing(&self) -> Listing {
         let mut channels = Vec::new();
         for (at, stream) in self.all.iter().enumerate() {

@@ -38,11 +38,9 @@ pub struct Survey {
     pub own_clock: bool,
     /// The channels, as the log lists them.
     pub listing: Listing,
-    /// What each holds.
     pub contents: Vec<ChannelContents>,
 }
 
-/// What a channel holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelContents {
     /// Samples with a number.
@@ -53,7 +51,7 @@ pub struct ChannelContents {
     pub rate: Option<f64>,
     /// Steps much longer than the usual one.
     pub gaps: usize,
-    /// s
+    /// Longest gap, s.
     pub longest_gap: f64,
     /// First and last stamp, s.
     pub span: Option<(f64, f64)>,
@@ -138,7 +136,7 @@ fn look(columns: &[Column]) -> Vec<ChannelContents> {
     columns.par_iter().map(describe).collect()
 }
 
-/// What a clock tells of channels without a missing sample; `None` if stamps of its own are
+/// Contents of a clock whose channels miss no sample; `None` if stamps of its own are
 /// missing.
 fn whole_clock(time: &[f64]) -> Option<ChannelContents> {
     time.iter().all(|t| t.is_finite()).then(|| of_stamps(time))

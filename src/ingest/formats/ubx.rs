@@ -70,7 +70,7 @@ fn read(log: &Location) -> Result<Streams, Error> {
     Ok(streams)
 }
 
-/// What is in a log.
+/// Contents of a log.
 #[derive(Debug, Default)]
 struct File {
     stream: Stream,
@@ -113,7 +113,7 @@ impl File {
             *self.others.entry(kind).or_default() += 1;
             return;
         }
-        // a message behind a broken one: that was no end
+        // a message after a broken one: that was no end
         self.cut = false;
         let fix_is_right = (2..=4).contains(&payload[20]) && payload[21] & 1 == 1;
         let time = stamp(payload);
@@ -147,9 +147,9 @@ impl File {
 
     fn streams(self) -> Streams {
         let mut streams = Streams { all: vec![self.stream], ..Streams::default() };
-        let message = format!("{} messages have a wrong sum and are left out", self.bad_sums);
+        let message = format!("{} messages have a wrong checksum and are left out", self.bad_sums);
         streams.warn("bad_frame", self.bad_sums, message);
-        let message = "the log breaks off within a message; read up to there";
+        let message = "the log is cut off within a message; read up to there";
         streams.warn("truncated", usize::from(self.cut), message.to_owned());
         let message = format!("{} samples were written without a fix: left out", self.without_fix);
         streams.warn("no_fix", self.without_fix, message);
@@ -179,7 +179,7 @@ impl File {
     }
 }
 
-/// What stands behind a pair of sync bytes.
+/// Text after a pair of sync bytes.
 enum Message<'a> {
     Right((u8, u8), &'a [u8]),
     Wrong,

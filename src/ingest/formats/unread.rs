@@ -9,19 +9,22 @@ const UNREAD: &[(&str, &str)] = &[
     (".xrz", "a packed AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
     (".db3", "a ROS 2 bag in SQLite, which is not read: write it as MCAP with `ros2 bag convert`"),
     (".bag", "a ROS 1 bag, which is not read: write it as MCAP with `mcap convert`"),
-    (".gz", "compressed: call it `.gz` behind the ending of what is in it (`ride.asc.gz`), or unpack it (`gunzip`)"),
-    (".zst", "compressed: call it `.zst` behind the ending of what is in it (`ride.csv.zst`), or unpack it (`unzstd`)"),
+    (".gz", "compressed: call it `.gz` after the ending of what is in it (`ride.asc.gz`), or unpack it (`gunzip`)"),
+    (".zst", "compressed: call it `.zst` after the ending of what is in it (`ride.csv.zst`), or unpack it (`unzstd`)"),
     (".bz2", "packed with bzip2, which is not read: unpack it (`bunzip2`), or pack it as `.gz` or `.zst`"),
     (".xz", "packed with xz, which is not read: unpack it (`unxz`), or pack it as `.gz` or `.zst`"),
     (".7z", "packed with 7-Zip, which is not read: unpack it, or pack it as `.zip`, `.gz` or `.zst`"),
     (".rar", "packed with RAR, which is not read: unpack it, or pack it as `.zip`, `.gz` or `.zst`"),
     (".lz4", "packed with LZ4, which is not read: unpack it (`unlz4`), or pack it as `.gz` or `.zst`"),
     (".zip", "an archive: unpack it first (`unzip`)"),
-    (".fit", "called a FIT file and has not the header of one: it is damaged, or something else; export the activity again as FIT, GPX or TCX"),
+    (".fit", "called a FIT file, but without the header of one: it is damaged or another kind of \
+              file; export the activity again as FIT, GPX or TCX"),
     (".kml", "a KML file of Google Earth, which is not read: export the track as GPX, or convert it with `gpsbabel -i kml -o gpx`"),
     (".kmz", "a packed KML file of Google Earth, which is not read: export the track as GPX"),
-    (".nmea", "called an NMEA log and has no sentence that is read (`$GPRMC,...`, `$GPGGA,...`): have the receiver write RMC and GGA"),
-    (".ubx", "called a u-blox log and has no UBX message: have the receiver write UBX NAV-PVT, or NMEA RMC and GGA"),
+    (".nmea", "called an NMEA log, but without a sentence that roadbench reads (`$GPRMC,...`, \
+               `$GPGGA,...`): have the receiver write RMC and GGA"),
+    (".ubx", "called a u-blox log, but without a UBX message: have the receiver write UBX NAV-PVT, \
+              or NMEA RMC and GGA"),
     (".xlsx", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
     (".xls", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
     (".ods", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
@@ -30,7 +33,8 @@ const UNREAD: &[(&str, &str)] = &[
     (".h5", "an HDF5 file, which is not read: write its samples as CSV or Parquet"),
     (".mp4", "a video, which is not read: take the telemetry out as CSV or GPX first (GoPro: Telemetry Extractor, gopro2gpx)"),
     (".rkd", "a Race-Keeper log, which is not read: export CSV with RK-ExportTool, which is beside it, or GPX with rkd-telemetry-extractor"),
-    (".rcz", "a session of RaceChrono, whose inside is not published, so it is not read: export CSV v3 or VBO from the app"),
+    (".rcz", "a session of RaceChrono, a format that is not published and not read: export CSV v3 \
+              or VBO from the app"),
     (".ibt", "a log of iRacing, which is not read: convert it to MoTeC `.ld`, or export CSV"),
     (".drk", "an old AiM log, which is not read: open it in Race Studio 2 and export CSV with all channels"),
     (".feather", "an Arrow file, which is not read: write it as Parquet"),
@@ -43,7 +47,7 @@ pub(crate) fn is_packed(advice: &str) -> bool {
     advice.starts_with("packed with")
 }
 
-/// What to say of a log that no format claims, if its name or first bytes are known.
+/// Message about a log that no format claims, if its name or first bytes are known.
 pub(crate) fn advice(head: &Head<'_>) -> Option<&'static str> {
     let of = |ending: &str| UNREAD.iter().find(|u| u.0 == ending).map(|u| u.1);
     let by_bytes = match head.bytes {

@@ -35,7 +35,6 @@ use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
 use crate::store::objects::{Location, source};
 
-/// A VBOX text.
 #[derive(Debug)]
 pub(super) struct Vbo;
 
@@ -43,7 +42,7 @@ pub(super) struct Vbo;
 const SATELLITES: u32 = 0x3f;
 const DAY: f64 = 86_400.0;
 
-/// What the usual columns are called, without case, accents and unit; the first is the format's own name.
+/// Names of the usual columns, without case, accents and unit; the first is the format's own name.
 const ROLES: [&[&str]; 7] = [
     &["time", "utc", "utc time", "time utc", "utctime", "gps time"],
     &["lat", "latitude", "gps latitude", "gps lat"],
@@ -257,8 +256,9 @@ impl<'a> File<'a> {
             }
         }
         if short > 0 {
-            let message =
-                format!("{short} rows of [data] break off; what is missing is taken as such");
+            let message = format!(
+                "{short} rows of [data] are incomplete; the cells that lack are taken as missing"
+            );
             table.warnings.push(warning("bad_line", None, short, None, message));
         }
         table.warnings.extend(uneven.judged(log, self.rows.len(), count)?);
@@ -299,8 +299,8 @@ impl<'a> File<'a> {
             return (Some(line), Vec::new());
         }
         let message = format!(
-            "the start line of [laptiming], `{line}`, lies nowhere on the ride and is left out; give one with the key \
-             laps.line of the pipeline"
+            "the start line of [laptiming], `{line}`, is not crossed by the ride and is left out; \
+             give one with the key laps.line of the pipeline"
         );
         (None, vec![warning("lap_markers", None, 1, None, message)])
     }
@@ -350,7 +350,7 @@ impl<'a> File<'a> {
             if let Some((unit, _)) = found {
                 let said = self.units[v].as_deref().unwrap_or("");
                 let message = format!(
-                    "`{}` is in {unit} by its positions, not in {said}; they are believed",
+                    "`{}` is in {unit} by its positions, not in {said}; the positions decide",
                     self.names[v]
                 );
                 table.warnings.push(warning("speed_unit", None, 1, None, message));

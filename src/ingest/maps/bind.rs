@@ -41,7 +41,7 @@ pub(crate) fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Err
     Ok(fitted)
 }
 
-/// What an entry is `from`, or the first of `or` that the log has.
+/// Channel of an entry: `from`, or the first of `or` that the log has.
 fn first_of<'a>(entry: &Entry, listing: &'a Listing) -> Result<Vec<&'a SourceChannel>, Error> {
     let all = |names: &[String]| -> Result<Vec<&'a SourceChannel>, Error> {
         names.iter().map(|name| listing.find(name)).collect()
@@ -91,8 +91,8 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
                 return Ok(entry.unit.clone());
             }
             let message = format!(
-                "the log says that `{name}` is in {own}, the map says {}; take `unit` out, or if \
-                 the log is wrong add `file_unit = \"{own}\"`",
+                "the log says that `{name}` is in {own}, the map says {}; remove `unit`, or if the \
+                 log is wrong add `file_unit = \"{own}\"`",
                 entry.unit
             );
             Err(Error::new(RejectionCode::UnitMismatch, message))
@@ -100,14 +100,14 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
         (false, Some(own)) => match entry.converted(own) {
             Ok(_) => Ok(own.to_owned()),
             Err(e) => {
-                let message = format!("`{name}`: the log gives the {e}; say it with `unit`");
+                let message = format!("`{name}`: the log gives the {e}; give it with `unit`");
                 Err(Error::new(RejectionCode::UnknownUnit, message))
             }
         },
         (false, None) if entry.unit == "1" => Ok(entry.unit.clone()),
         (false, None) => {
             let message = format!(
-                "the log gives no unit for `{name}`; say it in the map, e.g. `unit = \"{}\"`",
+                "the log gives no unit for `{name}`; give it in the map, e.g. `unit = \"{}\"`",
                 entry.unit
             );
             Err(Error::new(RejectionCode::UnknownUnit, message))

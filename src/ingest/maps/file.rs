@@ -211,7 +211,7 @@ fn time_source(time: Option<FileTime>, log_format: &LogFormat) -> Result<TimeSou
         (Some(_), true) => {
             let format = log_format.name;
             return Err(KeyError::Values(format!(
-                "a {format} log brings its own clocks; take `[time]` out"
+                "a {format} log has its own clocks; remove `[time]`"
             )));
         }
         (Some(time), false) => time,

@@ -44,19 +44,19 @@ pub struct ChannelMap {
     pub detect: Vec<String>,
     /// Metadata for what neither the log nor its path gives.
     pub meta: Meta,
-    /// The clock.
+    /// Clock of the log: a column with its unit, or a rate.
     pub time: TimeSource,
     /// Whether the source's velocity is along the Euler yaw.
     pub euler_yaw: bool,
-    /// What is known of an inertial unit that is fixed to the frame.
+    /// Known properties of an inertial unit that is fixed to the frame.
     pub imu: Imu,
     /// Whether entries whose columns are not in the log are left out instead of an error.
     pub optional: bool,
-    /// What feeds which channel, in schema order.
+    /// Sources of the channels, in schema order.
     pub entries: Vec<Entry>,
     /// Paths of CAN databases, as the map has them: relative to its own file.
     pub dbc: Vec<String>,
-    /// What is needed beside a log to understand it.
+    /// Files that are needed to read the log, such as a DBC.
     pub aids: Aids,
     /// The file's text: part of what a result was made from.
     pub text: String,
@@ -114,10 +114,9 @@ pub enum TimeSource {
     Own,
 }
 
-/// What feeds one channel.
+/// Source of one channel.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// The channel.
     pub channel: Channel,
     /// Source columns; more than one are averaged.
     pub from: Vec<String>,
@@ -249,7 +248,7 @@ impl ChannelMap {
         let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
         let message = format!(
             "column `{name}`, which channel map {} reads, is not in the log{near}; correct the \
-             map's `from` or take the entry out",
+             map's `from` or remove the entry",
             self.name
         );
         Error::new(RejectionCode::MissingColumn, message)
@@ -319,7 +318,7 @@ pub(crate) use shipped_map;
 pub struct Maps<'a> {
     /// The maps, in order of preference.
     pub list: &'a [ChannelMap],
-    /// Whether the user named them; else they are those that come with the program.
+    /// Whether the user gave them; else they are those that come with the program.
     pub given: bool,
 }
 

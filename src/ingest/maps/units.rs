@@ -99,7 +99,6 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
 /// From one unit to another: `y = x * factor + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conversion {
-    /// Factor.
     pub factor: f64,
     /// Offset, in the target unit.
     pub offset: f64,
@@ -109,7 +108,6 @@ impl Conversion {
     /// Leaves values as they are.
     pub const IDENTITY: Conversion = Conversion { factor: 1.0, offset: 0.0 };
 
-    /// Whether it does.
     pub fn is_identity(self) -> bool {
         self == Self::IDENTITY
     }
@@ -153,7 +151,7 @@ pub fn same(a: &str, b: &str) -> Option<bool> {
     Some(lookup(a)? == lookup(b)?)
 }
 
-/// What a unit measures (`speed`, `angle`, ...); `None` if it is unknown.
+/// Quantity of a unit (`speed`, `angle`, ...); `None` if it is unknown.
 pub(crate) fn dimension(unit: &str) -> Option<&'static str> {
     lookup(unit).map(|u| u.dimension)
 }
@@ -177,7 +175,7 @@ pub(crate) fn of_name(name: &str) -> (&str, Option<&str>) {
         .unwrap_or((name, None))
 }
 
-/// What stands within brackets, if anything does: `[km/h]` in a row of units.
+/// Text within brackets, if anything does: `[km/h]` in a row of units.
 pub(crate) fn of_brackets(text: &str) -> &str {
     let text = text.trim();
     let within = |open: char, close: char| text.strip_prefix(open)?.strip_suffix(close);
@@ -205,11 +203,11 @@ pub(crate) fn behind_name(name: &str) -> Option<&'static str> {
         last = c;
     }
     let plain = plain.trim_end_matches('_');
-    let behind = |end: &str| {
+    let after = |end: &str| {
         let before = plain.strip_suffix(end)?;
         (before.is_empty() || before.ends_with('_')).then_some(before)
     };
-    let (end, unit) = BEHIND.iter().find(|(end, _)| behind(end).is_some())?;
+    let (end, unit) = BEHIND.iter().find(|(end, _)| after(end).is_some())?;
     // alone they are words of their own
     let alone = plain.len() == end.len() && dimension(unit) != Some("speed");
     (!alone).then_some(*unit)

@@ -15,7 +15,6 @@ use crate::ingest::motion::navigation::{Epoch, Log, NAMES, Navigation};
 use crate::ingest::raw::Imu;
 use crate::ingest::warning::warning;
 
-/// The unit's.
 const RATES: [C; 3] = [C::ImuRateX, C::ImuRateY, C::ImuRateZ];
 const FORCES: [C; 3] = [C::ImuForceX, C::ImuForceY, C::ImuForceZ];
 /// The receiver's that nothing else uses.

@@ -50,7 +50,7 @@ pub(crate) fn low_passed(
     out
 }
 
-/// What is brought down.
+/// Signal to be resampled.
 struct Source<'a> {
     times: &'a [f64],
     tracks: &'a [&'a [f64]],

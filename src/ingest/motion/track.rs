@@ -9,7 +9,7 @@ const LONGEST: f64 = 3.0;
 /// Slowest speed that is compared, m/s.
 const SLOWEST: f64 = 3.0;
 /// Fewest stretches that tell anything.
-const FEWEST: usize = 20;
+const MIN_STRETCHES: usize = 20;
 
 /// How many times the speed of the positions in m/s a column of speeds is; `None` if they tell too little.
 ///
@@ -30,7 +30,7 @@ pub(crate) fn ratio(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Optio
         }
         from = i;
     }
-    if ratios.len() < FEWEST {
+    if ratios.len() < MIN_STRETCHES {
         return None;
     }
     crate::statistics::order::upper_median(&mut ratios)
@@ -74,7 +74,7 @@ pub(crate) fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -
         }
         (from, sum, count) = (Some(i), v.abs(), 1.0);
     }
-    if factors.len() < FEWEST / 2 {
+    if factors.len() < MIN_STRETCHES / 2 {
         return None;
     }
     crate::statistics::order::upper_median(&mut factors)
@@ -155,12 +155,12 @@ pub(crate) fn speed(time: &[f64], position: [&[f64]; 2], span: f64) -> Vec<f64> 
 /// that lies within 100 m of the ride. `at` are latitudes and longitudes of the ride, degrees.
 pub(crate) fn start_line(numbers: &[f64], at: [&[f64]; 2]) -> Option<[[f64; 2]; 2]> {
     /// 100 m, in degrees of latitude.
-    const NEAR: f64 = 1e-3;
+    const NEAR_DEGREES: f64 = 1e-3;
     let &[a, b, c, d, ..] = numbers else { return None };
     let passed = |line: &[[f64; 2]; 2]| {
         let [lat, lon] = [0, 1].map(|k| 0.5 * (line[0][k] + line[1][k]));
         let shrink = lat.to_radians().cos();
-        let near = |(n, e): (&f64, &f64)| (n - lat).hypot((e - lon) * shrink) < NEAR;
+        let near = |(n, e): (&f64, &f64)| (n - lat).hypot((e - lon) * shrink) < NEAR_DEGREES;
         lat.abs() <= 90.0 && at[0].iter().zip(at[1]).any(near)
     };
     let mut written = [1.0 / 60.0, 1.0].into_iter().flat_map(|scale| {

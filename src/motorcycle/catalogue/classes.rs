@@ -8,13 +8,12 @@ use crate::contract::key_error::KeyError;
 
 const TEXT: &str = include_str!("../../../pipelines/bikes/catalogue.toml");
 
-/// What is usual: mean and standard deviation over a class, and the source in words.
+/// Usual value: mean and standard deviation over a class, and the source in words.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Usual {
     /// In the unit that the catalogue states.
     pub mean: f64,
-    /// Standard deviation.
     pub sd: f64,
     /// Where both are from.
     pub source: String,
@@ -28,7 +27,7 @@ impl Usual {}
 pub struct Class {
     /// Its name on the command line.
     pub name: String,
-    /// What belongs to it.
+    /// Motorcycles of the class.
     pub description: String,
     /// Usual front tyre, as printed.
     pub front: String,
@@ -86,15 +85,14 @@ pub struct Model {
 pub struct DataSheet {
     /// Mass of a rider, kg.
     pub rider: Usual,
-    /// kg.
+    /// Kerb mass, kg.
     pub kerb_mass: f64,
-    /// m.
+    /// Wheelbase, m.
     pub wheelbase: f64,
-    /// deg.
+    /// Caster, deg.
     pub caster: f64,
-    /// m.
+    /// Trail, m.
     pub trail: f64,
-    /// In words.
     pub source: String,
 }
 
@@ -104,7 +102,6 @@ pub struct DataSheet {
 pub struct FromSize {
     /// Of the rolling radius.
     pub radius_relative: f64,
-    /// Of the width.
     pub width_relative: f64,
     /// Of the vertical stiffness.
     pub stiffness_relative: f64,
@@ -126,14 +123,13 @@ pub struct Measure {
     pub measured: Option<f64>,
     /// The same over the number.
     pub measured_relative: Option<f64>,
-    /// How.
     pub home: String,
-    /// What an error of this number changes.
+    /// Costs of an error of this number.
     #[serde(default)]
     pub costs: Vec<Cost>,
 }
 
-/// What a number that is wrong makes wrong.
+/// Cost of a wrong number.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cost {
@@ -143,22 +139,17 @@ pub struct Cost {
     pub elasticity: f64,
 }
 
-/// All of it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
-    /// Its version.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub version: u32,
-    /// The classes.
     #[serde(rename = "class")]
     pub classes: Vec<Class>,
-    /// The models.
     #[serde(rename = "model")]
     pub models: Vec<Model>,
     /// Of the models' numbers.
     pub data_sheet: DataSheet,
-    /// Of tyre sizes.
     pub tyre_size: FromSize,
     /// How numbers are measured.
     #[serde(rename = "number")]

@@ -106,7 +106,7 @@ fn entry(out: &mut String, number: &Number, schema: &KeyTable) {
     let _ = writeln!(out, "{} = {}\n", leaf(key), rounded(known.value, known.sd));
 }
 
-/// What a number's uncertainty changes, the most first.
+/// Costs of a number's uncertainty, the most first.
 pub(crate) fn cost_of(number: &Number) -> Option<String> {
     let measure = Catalogue::builtin().measure(&number.key)?;
     let relative = 100.0 * number.known.sd / number.known.value.abs();

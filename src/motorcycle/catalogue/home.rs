@@ -1,7 +1,7 @@
 //! What can be measured at home: two scales, a lifted axle, a swung wheel. Each with the standard deviation that
 //! follows from that of the readings.
 
-use super::numbers::Known;
+use super::numbers::ValueWithSd;
 use crate::GRAVITY;
 use crate::contract::key_error::KeyError;
 
@@ -23,8 +23,8 @@ const WHEEL_SD: f64 = 0.1;
 /// A load is not positive.
 pub(crate) fn two_scales(
     [front, rear]: [f64; 2],
-    wheelbase: Known,
-) -> Result<[Known; 2], KeyError> {
+    wheelbase: ValueWithSd,
+) -> Result<[ValueWithSd; 2], KeyError> {
     if !(front > 0.0 && rear > 0.0 && front.is_finite() && rear.is_finite()) {
         return Err(KeyError::Values(format!(
             "loads of the wheels must be positive, in kg: {front}, {rear}"
@@ -35,8 +35,8 @@ pub(crate) fn two_scales(
     let share_sd = SCALE_SD * front.hypot(rear) / (mass * mass);
     let arm = wheelbase.value * share;
     Ok([
-        Known { value: mass, sd: SCALE_SD * 2.0_f64.sqrt() },
-        Known { value: arm, sd: (wheelbase.value * share_sd).hypot(share * wheelbase.sd) },
+        ValueWithSd { value: mass, sd: SCALE_SD * 2.0_f64.sqrt() },
+        ValueWithSd { value: arm, sd: (wheelbase.value * share_sd).hypot(share * wheelbase.sd) },
     ])
 }
 
@@ -52,10 +52,10 @@ pub(crate) fn two_scales(
 pub(crate) fn lifted_axle(
     lift: f64,
     loads: [f64; 2],
-    mass: Known,
-    wheelbase: Known,
-    radius: Known,
-) -> Result<Known, KeyError> {
+    mass: ValueWithSd,
+    wheelbase: ValueWithSd,
+    radius: ValueWithSd,
+) -> Result<ValueWithSd, KeyError> {
     let l = wheelbase.value;
     if !(lift > 0.02 && lift < 0.9 * l) {
         return Err(KeyError::Values(format!(
@@ -76,7 +76,7 @@ pub(crate) fn lifted_axle(
         .hypot(mass.sd / mass.value)
         .hypot(2.0 * wheelbase.sd / l);
     let value = above + radius.value;
-    Ok(Known { value, sd: (above * relative).hypot(radius.sd).hypot(POSTURE * value) })
+    Ok(ValueWithSd { value, sd: (above * relative).hypot(radius.sd).hypot(POSTURE * value) })
 }
 
 /// Spin inertia (kg m²) of a wheel of `mass` (kg) that swings about a bar inside its rim, `arm` (m) from the axle,
@@ -88,7 +88,7 @@ pub(crate) fn lifted_axle(
 ///
 /// # Errors
 /// No wheel swings so.
-pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, KeyError> {
+pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<ValueWithSd, KeyError> {
     let of = |mass: f64, arm: f64, period: f64| {
         mass * arm * (GRAVITY * (period / std::f64::consts::TAU).powi(2) - arm)
     };
@@ -104,7 +104,7 @@ pub(crate) fn swung_wheel(mass: f64, arm: f64, period: f64) -> Result<Known, Key
         of(mass, arm, period + PERIOD_SD),
     ];
     let sd = moved.iter().map(|m| (m - value).powi(2)).sum::<f64>().sqrt();
-    Ok(Known { value, sd })
+    Ok(ValueWithSd { value, sd })
 }
 
 #[cfg(test)]
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn scales_give_mass_and_place() {
-        let wheelbase = Known { value: 1.4, sd: 0.005 };
+        let wheelbase = ValueWithSd { value: 1.4, sd: 0.005 };
         let [mass, arm] = two_scales([130.0, 150.0], wheelbase).expect("loads");
         assert!((mass.value - 280.0).abs() < 1e-12 && (arm.value - 0.75).abs() < 1e-12);
         assert!(arm.sd > 0.002 && arm.sd < 0.01, "{arm:?}");
@@ -127,7 +127,7 @@ mod tests {
         let slope = f64::asin(lift / l);
         let front = mass * (l - arm) / l;
         let lifted = mass * ((l - arm) + (height - radius) * slope.tan()) / l;
-        let exact = |value| Known { value, sd: 0.0 };
+        let exact = |value| ValueWithSd { value, sd: 0.0 };
         let found = lifted_axle(lift, [front, lifted], exact(mass), exact(l), exact(radius));
         let found = found.expect("a lift");
         assert!((found.value - height).abs() < 1e-12 && found.sd < 0.03, "{found:?}");

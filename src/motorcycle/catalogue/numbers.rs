@@ -2,8 +2,7 @@
 
 /// A number and its standard deviation, both in the unit of its key.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Known {
-    /// The number.
+pub struct ValueWithSd {
     pub value: f64,
     /// Standard deviation; zero is exact.
     pub sd: f64,
@@ -25,7 +24,6 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Origin::Measured => "measured by you",
@@ -53,7 +51,7 @@ pub struct Number {
     /// Its key, dotted.
     pub key: String,
     /// Value and standard deviation.
-    pub known: Known,
+    pub known: ValueWithSd,
     /// Where it is from.
     pub origin: Origin,
     /// The same in more words.

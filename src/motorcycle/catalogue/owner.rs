@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::classes::{Catalogue, Class, Model, Usual};
 use super::home::{lifted_axle, swung_wheel, two_scales};
-use super::numbers::{Known, Number, Origin, twice};
+use super::numbers::{Number, Origin, ValueWithSd, twice};
 use super::tyre_size::TyreSize;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
@@ -16,9 +16,9 @@ const SHARE: f64 = 1.0 / 3.0;
 
 /// Where a mass is from.
 const SCALES: &str = "two scales";
-const SAID: &str = "a weight that was said, not weighed";
+const SAID: &str = "a weight given without weighing";
 
-/// What an owner knows; all of it may be missing but a class or a model.
+/// Knowledge of an owner; all of it may be missing but a class or a model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Owner {
     /// Name of a class.
@@ -46,14 +46,12 @@ pub struct Owner {
 pub struct Measured {
     /// In the key's unit.
     pub value: f64,
-    /// Standard deviation.
     pub sd: Option<f64>,
 }
 
 /// Draft of a bike file: every number with its origin, from the owner's answers, the catalogue and the class.
 #[derive(Debug, Clone)]
 pub struct Portrait {
-    /// Its class.
     pub class: &'static Class,
     /// Its model, where it is in the catalogue.
     pub model: Option<&'static Model>,
@@ -63,7 +61,6 @@ pub struct Portrait {
     pub sizes_said: [bool; 2],
     /// The numbers, in the order of the bike file.
     pub numbers: Vec<Number>,
-    /// Its texts.
     pub texts: BTreeMap<String, String>,
 }
 
@@ -96,7 +93,7 @@ impl Owner {
             let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
             number.ok_or_else(|| {
                 let form = "write it with a point and without a unit, such as 0.62";
-                KeyError::Values(format!("`{path}`: `{text}` is no number; {form}"))
+                KeyError::Values(format!("`{path}`: `{text}` is not a number; {form}"))
             })
         };
         let value = parse(number)?;
@@ -184,13 +181,13 @@ struct Draft<'a> {
     class: &'static Class,
     model: Option<&'static Model>,
     numbers: Vec<Number>,
-    /// What is said of numbers with two values.
+    /// Text about numbers with two values.
     twice: Vec<String>,
 }
 
 impl Draft<'_> {
     /// Puts a number in, or what was measured instead.
-    fn put(&mut self, key: &str, known: Known, origin: Origin, source: &str) -> Known {
+    fn put(&mut self, key: &str, known: ValueWithSd, origin: Origin, source: &str) -> ValueWithSd {
         let mut number =
             Number { key: key.to_owned(), known, origin, source: source.trim().to_owned() };
         if let Some(&Measured { value, sd }) = self.owner.measured.get(key) {
@@ -198,10 +195,10 @@ impl Draft<'_> {
                 self.twice.extend(twice(key, [(known.value, source), (value, "set as a key")]));
             }
             let usual = self.catalogue.measure(key).map_or(0.0, |m| m.sd(value));
-            number.known = Known { value, sd: sd.unwrap_or(usual) };
+            number.known = ValueWithSd { value, sd: sd.unwrap_or(usual) };
             number.origin = Origin::Measured;
             number.source = match (sd, usual > 0.0) {
-                (Some(_), _) => "uncertainty as you said".to_owned(),
+                (Some(_), _) => "uncertainty given by the user".to_owned(),
                 (None, true) => "uncertainty usual of such a measurement".to_owned(),
                 (None, false) => "taken as exact".to_owned(),
             };
@@ -211,15 +208,22 @@ impl Draft<'_> {
         known
     }
 
-    fn guess(&mut self, key: &str, usual: &Usual, factor: f64) -> Known {
-        let known = Known { value: factor * usual.mean, sd: factor * usual.sd };
+    fn guess(&mut self, key: &str, usual: &Usual, factor: f64) -> ValueWithSd {
+        let known = ValueWithSd { value: factor * usual.mean, sd: factor * usual.sd };
         self.put(key, known, Origin::Class, &usual.source)
     }
 
     /// A number of the data sheet, where the model is known and has it.
-    fn sheet(&mut self, key: &str, value: Option<f64>, sd: f64, usual: &Usual, unit: f64) -> Known {
+    fn sheet(
+        &mut self,
+        key: &str,
+        value: Option<f64>,
+        sd: f64,
+        usual: &Usual,
+        unit: f64,
+    ) -> ValueWithSd {
         let Some(value) = value else { return self.guess(key, usual, unit) };
-        let known = Known { value: unit * value, sd: unit * sd };
+        let known = ValueWithSd { value: unit * value, sd: unit * sd };
         let source = &self.catalogue.data_sheet.source;
         self.put(key, known, Origin::DataSheet, source)
     }
@@ -232,7 +236,8 @@ impl Draft<'_> {
         let length_sd = if model.is_some() { sheet.wheelbase } else { class.wheelbase.sd };
         let wheelbase_sd = self.catalogue.measure("wheelbase").map_or(length_sd, |m| m.sd(length));
         let measured = self.owner.measured.contains_key("wheelbase");
-        let known = Known { value: length, sd: if measured { wheelbase_sd } else { length_sd } };
+        let known =
+            ValueWithSd { value: length, sd: if measured { wheelbase_sd } else { length_sd } };
         let weighed = self.owner.scales.map(|loads| two_scales(loads, known)).transpose()?;
         if let (Some([mass, _]), Some(weight)) = (weighed, self.owner.weight) {
             self.twice.extend(twice("mass", [(mass.value, SCALES), (weight, SAID)]));
@@ -241,13 +246,13 @@ impl Draft<'_> {
             (Some([mass, _]), ..) => self.put("mass", mass, Origin::Measured, SCALES),
             (None, Some(value), _) => {
                 let sd = self.catalogue.tyre_size.weight;
-                self.put("mass", Known { value, sd }, Origin::Said, SAID)
+                self.put("mass", ValueWithSd { value, sd }, Origin::Said, SAID)
             }
             (None, None, Some(model)) => {
                 let value = model.kerb_mass + sheet.rider.mean;
                 let sd = sheet.kerb_mass.hypot(sheet.rider.sd);
                 let source = format!("{}, with {}", sheet.source, sheet.rider.source);
-                self.put("mass", Known { value, sd }, Origin::DataSheet, &source)
+                self.put("mass", ValueWithSd { value, sd }, Origin::DataSheet, &source)
             }
             (None, None, None) => self.guess("mass", &class.mass, 1.0),
         };
@@ -264,7 +269,7 @@ impl Draft<'_> {
             }
             None => {
                 let rear = 1.0 - class.front_share.mean;
-                let known = Known {
+                let known = ValueWithSd {
                     value: wheelbase.value * rear,
                     sd: wheelbase.value * class.front_share.sd,
                 };
@@ -280,7 +285,8 @@ impl Draft<'_> {
         match self.owner.lifted.zip(self.owner.scales) {
             Some(([lift, after], [before, _])) => {
                 let value = 0.5 * (sizes[0].radius() + sizes[1].radius());
-                let radius = Known { value, sd: self.catalogue.tyre_size.radius_relative * value };
+                let radius =
+                    ValueWithSd { value, sd: self.catalogue.tyre_size.radius_relative * value };
                 let height = lifted_axle(lift, [before, after], mass, wheelbase, radius)?;
                 self.put("cg_height", height, Origin::Measured, "a lifted axle")
             }
@@ -296,7 +302,7 @@ impl Draft<'_> {
         self.numbers.iter().find(|n| n.key == key).map_or(f64::NAN, |n| n.known.value)
     }
 
-    /// What follows from the tyres' sizes, and the wheels.
+    /// Quantities that follow from the tyres' sizes, and the wheels.
     fn wheels(&mut self, sizes: &[TyreSize; 2], said: [bool; 2]) -> Result<(), KeyError> {
         let of = &self.catalogue.tyre_size;
         let behind = self.value("cg_to_front") / self.value("wheelbase");
@@ -317,10 +323,10 @@ impl Draft<'_> {
             let sd = either(of.radius_relative, of.unknown_radius_relative) * radius;
             let source =
                 format!("{from}: {:.4} m without load, less a third of the sinking", size.radius());
-            self.put(&key("radius"), Known { value: radius, sd }, origin, &source);
+            self.put(&key("radius"), ValueWithSd { value: radius, sd }, origin, &source);
             let sd = either(of.width_relative, of.unknown_width_relative) * size.width;
             let source = format!("{from}; crown radius about {:.0} mm", 1e3 * size.crown());
-            self.put(&key("width"), Known { value: size.width, sd }, origin, &source);
+            self.put(&key("width"), ValueWithSd { value: size.width, sd }, origin, &source);
             let class = [&self.class.inertia_front, &self.class.inertia_rear][k];
             match self.owner.swung[k] {
                 Some([mass, arm, period]) => {
@@ -334,7 +340,7 @@ impl Draft<'_> {
                     self.guess(&key("wheel_inertia"), class, factor);
                 }
             }
-            let known = Known { value: stiffness, sd: relative * stiffness };
+            let known = ValueWithSd { value: stiffness, sd: relative * stiffness };
             let source = format!(
                 "{from} at {:.1} bar: 1.9 x pressure x sqrt(width x diameter), as published tyres; they differ by a quarter",
                 1e-5 * self.class.pressure[k]
@@ -355,7 +361,7 @@ impl Draft<'_> {
         let owner = self.owner;
         for key in owner.measured.keys() {
             if !self.numbers.iter().any(|n| n.key == *key) {
-                let nothing = Known { value: f64::NAN, sd: 0.0 };
+                let nothing = ValueWithSd { value: f64::NAN, sd: 0.0 };
                 self.put(key, nothing, Origin::Measured, "");
             }
         }
@@ -386,7 +392,7 @@ mod tests {
         let with = of(&owner, "cg_to_front");
         assert!((with.known.value / guess.known.value - 1.50 / 1.435).abs() < 1e-9);
         owner.set("cg_height = 0.6 +- 0.02", schema()).expect("a key");
-        assert_eq!(of(&owner, "cg_height").known, Known { value: 0.6, sd: 0.02 });
+        assert_eq!(of(&owner, "cg_height").known, ValueWithSd { value: 0.6, sd: 0.02 });
         owner.scales = Some([125.0, 135.0]);
         let weighed = of(&owner, "cg_to_front");
         assert!(weighed.origin == Origin::Measured && weighed.known.sd < 0.01, "{weighed:?}");

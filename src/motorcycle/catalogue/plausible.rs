@@ -9,7 +9,7 @@ const FAR: f64 = 5.0;
 const WIDER: f64 = 1.2;
 
 impl Portrait {
-    /// What to check of numbers that are each possible, but hardly together; sentences.
+    /// Doubts about numbers that are each possible, but hardly together; sentences.
     pub fn doubts(&self) -> Vec<String> {
         let value = |key: &str| self.numbers.iter().find(|n| n.key == key).map(|n| n.known.value);
         let mut out = Vec::new();

@@ -25,7 +25,6 @@ const CROWN: f64 = 0.5;
 pub(crate) const FORMS: &str =
     "120/70ZR17, 130/80-17, 110/90 B 19, 3.50-18, 4.00H-18, 37-622, 700x38C or 29x2.2";
 
-/// A tyre's size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TyreSize {
     /// As it was given.
@@ -46,7 +45,7 @@ impl TyreSize {
     pub fn parse(printed: &str) -> Result<Self, KeyError> {
         let text = printed.trim().to_uppercase().replace('×', "X").replace(',', ".");
         let fail =
-            || KeyError::Values(format!("`{}` is no tyre size such as {FORMS}", printed.trim()));
+            || KeyError::Values(format!("`{}` is not a tyre size such as {FORMS}", printed.trim()));
         let (first, rest) = number(&text).ok_or_else(fail)?;
         let rest = rest.trim_start();
         let found = if let Some(rest) = rest.strip_prefix('/') {

@@ -7,7 +7,7 @@
 
 use super::equations::Equations;
 
-/// What is known of the chain.
+/// Known properties of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Chain {
     /// Nothing: `kappa` = 0, as in the paper.

@@ -53,7 +53,7 @@ pub struct RigidBodies {
     pub bar: [f64; 2],
 }
 
-/// What the matrices depend on.
+/// Variables of the matrices.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Motion {
     /// Pitch, nose up, rad.
@@ -74,10 +74,9 @@ pub struct Motion {
     pub mu4dd: f64,
 }
 
-/// What the parameters alone decide, computed once.
+/// Terms that depend on the parameters only, computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct Equations {
-    /// The parameters.
     pub p: RigidBodies,
     m_t: f64,
     m_12: f64,

@@ -53,11 +53,10 @@ impl Strut {
 pub struct Placements {
     /// Inertial unit.
     pub imu: [f64; 2],
-    /// What the velocity is that of.
+    /// Point of the velocity.
     pub velocity: [f64; 2],
     /// Steering head.
     pub head: [f64; 2],
-    /// Tail.
     pub tail: [f64; 2],
     /// Upper fork accelerometer from the axle along the fork, fork extended.
     pub fork_top: f64,
@@ -85,17 +84,13 @@ pub struct Noise {
 pub struct PlanarMotorcycle {
     /// Equations of motion.
     pub equations: Equations,
-    /// Chain.
     pub chain: Chain,
-    /// Fork.
     pub fork: Strut,
-    /// Shock.
     pub shock: Strut,
     /// Shock travel to swing-arm angle.
     pub linkage: Linkage,
     /// Accelerometers.
     pub sensors: Placements,
-    /// Rider.
     pub rider: Body,
     /// Air, kg/m.
     pub drag: f64,
@@ -105,7 +100,7 @@ pub struct PlanarMotorcycle {
     pub notes: Vec<String>,
 }
 
-/// What an off-road estimate cannot do without.
+/// Keys that an off-road estimate needs.
 const NEEDED: &[&str] = &[
     "mass_rear_wheel",
     "mass_swing_arm",

@@ -22,14 +22,14 @@ pub(crate) struct Chart {
     pub lines: Vec<Line>,
     /// Clouds of samples.
     pub clouds: Vec<Cloud>,
-    /// How many data points were drawn.
+    /// Number of drawn data points.
     pub points: usize,
-    /// How many of them the fit rejected.
+    /// Number of them that the fit rejected.
     pub outliers: usize,
     /// Where on the page it stands.
     #[serde(skip)]
     pub section: Section,
-    /// What colours the points, where something does.
+    /// Colour of the points, where something does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shade: Option<Label>,
     /// Whether both axes are drawn to one scale.
@@ -133,7 +133,7 @@ pub(crate) struct Line {
     /// Upper edge of it.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub scatter_hi: Vec<Option<f64>>,
-    /// What the band is, in the hint under the cursor and in the legend; empty where it is a 95 % interval.
+    /// Meaning of the band, in the hint under the cursor and in the legend; empty where it is a 95 % interval.
     #[serde(skip_serializing_if = "str::is_empty")]
     pub band: &'static str,
     /// Whether the abscissae turn back: then it is drawn from point to point.
@@ -152,10 +152,8 @@ pub(crate) struct Line {
 pub(crate) struct Cloud {
     /// Name of the series in the table.
     pub name: String,
-    /// Abscissae.
     #[serde(serialize_with = "pack::plain")]
     pub x: Vec<f64>,
-    /// Ordinates.
     #[serde(serialize_with = "pack::plain")]
     pub y: Vec<f64>,
     /// Robust weights; 0 is an outlier.
@@ -163,7 +161,7 @@ pub(crate) struct Cloud {
     pub w: Vec<f64>,
     /// Manoeuvre of each point.
     pub m: Vec<Option<i64>>,
-    /// What colours each point; empty where nothing does.
+    /// Colour of each points; empty where nothing does.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub s: Vec<Option<f64>>,
     /// Samples that each point stands for; empty where it is one.
@@ -181,7 +179,7 @@ pub(crate) struct Cloud {
     /// Upper ends.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub hi: Vec<Option<f64>>,
-    /// What each point is called; empty where it has no name.
+    /// Name of each point; empty where it has no name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub t: Vec<String>,
     /// Page that each point leads to.
@@ -194,7 +192,6 @@ pub(crate) struct Cloud {
 pub(crate) struct Span {
     /// Where it starts, in the unit of the abscissa.
     pub from: f64,
-    /// Where it ends.
     pub to: f64,
     /// Shown when the cursor is in it.
     pub label: String,

@@ -20,7 +20,7 @@ use crate::store::tables::rows::{Manoeuvre, PlotPoint};
 const PANEL_PARTS: f64 = 4_000.0;
 /// Height of a chart of residuals, px.
 const RESIDUAL_HEIGHT: u32 = 170;
-/// What the band of a residual's mean is.
+/// Meaning of the band of a residual's mean.
 const BAND_OF_MEAN: &str = "95 % by the scatter between manoeuvres alone";
 const TIME: Axis = Axis { label: "time", unit: "s", scale: 1.0 };
 

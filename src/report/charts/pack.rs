@@ -37,7 +37,6 @@ enum Column<'a> {
     Plain(&'a [Option<f64>]),
 }
 
-/// Writes a column.
 pub(in crate::report) fn plain<S: Serializer>(values: &[f64], to: S) -> Result<S::Ok, S::Error> {
     let values: Vec<Option<f64>> = values.iter().copied().map(Some).collect();
     gaps(&values, to)

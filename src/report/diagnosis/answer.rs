@@ -10,7 +10,7 @@ use crate::statistics::number_format;
 use crate::store::tables::rows::CauseRow;
 
 /// Causes of single rides that have a line.
-const MOST: usize = 4;
+const MAX_LINES: usize = 4;
 /// Sessions that a line lists.
 const LISTED: usize = 5;
 
@@ -31,7 +31,7 @@ pub(super) fn said(sessions: &[Vec<CauseRow>], pooled: &[CauseRow]) -> Vec<Strin
     all
 }
 
-/// What was found in one ride, a clause each with its size and interval.
+/// Findings in one ride, a clause each with its size and interval.
 pub(super) fn of_session(causes: &[CauseRow]) -> Vec<String> {
     let clause = |row: &CauseRow| {
         let what = cause_labels::effect(&row.effect, row.value);
@@ -43,7 +43,7 @@ pub(super) fn of_session(causes: &[CauseRow]) -> Vec<String> {
     causes.iter().filter(|c| is_found(c)).map(clause).collect()
 }
 
-/// What was found in one ride, a sentence for each cause, or why there is none.
+/// Findings in one ride, a sentence for each cause, or why there is none.
 pub(crate) fn of_ride(causes: &[CauseRow]) -> Vec<String> {
     let none = match outcome(causes) {
         Outcome::Named | Outcome::Ambiguous => return causes_of_ride(causes),
@@ -63,7 +63,7 @@ pub(crate) fn causes_of_ride(causes: &[CauseRow]) -> Vec<String> {
     of_session(causes).iter().map(|clause| format!("{head}: {clause}.")).collect()
 }
 
-/// How many rides ended how.
+/// Numbers of rides by their result.
 fn counts(sessions: &[Vec<CauseRow>]) -> String {
     let mut by: BTreeMap<&str, usize> = BTreeMap::new();
     for causes in sessions {
@@ -107,8 +107,8 @@ fn single(sessions: &[Vec<CauseRow>], pooled: &[CauseRow]) -> Vec<String> {
     }
     let mut groups: Vec<Vec<&CauseRow>> = by.into_values().collect();
     groups.sort_by_key(|rows| std::cmp::Reverse(rows.len()));
-    let left = groups.len().saturating_sub(MOST);
-    let mut out: Vec<String> = groups.into_iter().take(MOST).filter_map(group).collect();
+    let left = groups.len().saturating_sub(MAX_LINES);
+    let mut out: Vec<String> = groups.into_iter().take(MAX_LINES).filter_map(group).collect();
     if left > 0 {
         out.push(format!(
             "{} more of single rides: -v or the report.",

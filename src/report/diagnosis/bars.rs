@@ -25,14 +25,14 @@ pub(crate) fn score(score: f64) -> String {
     svg
 }
 
-/// The abscissa that misfits share: multiples of the noise floor, logarithmic.
+/// The abscissa that misfits share: multiples of the noise-only rms, logarithmic.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Axis {
     low: f64,
     high: f64,
 }
 
-/// One channel's misfit, in multiples of its noise floor.
+/// One channel's misfit, in multiples of its noise-only rms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Levels {
     /// Under the nominal model.

@@ -8,7 +8,7 @@ use crate::simulate::effects::Effect;
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::CauseRow;
 
-/// What an effect of a size does, as a clause, and what it usually does where its size is not known; a
+/// Sentence of an effect with a size, as a clause, and what it usually does where its size is not known; a
 /// name that this version does not know is read as it stands.
 pub(crate) fn effect(name: &str, size: Option<f64>) -> String {
     match Effect::named(name) {
@@ -18,7 +18,7 @@ pub(crate) fn effect(name: &str, size: Option<f64>) -> String {
     }
 }
 
-/// What the effect of a name does in a ride, of whose rows one may have its size.
+/// Sentence of an effect in a ride, whose rows may have its size.
 pub(crate) fn effect_in(causes: &[CauseRow], name: &str) -> String {
     effect(name, causes.iter().find(|c| c.effect == name).and_then(|c| c.value))
 }

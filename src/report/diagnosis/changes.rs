@@ -9,7 +9,6 @@ use crate::statistics::number_format::typeset_sentence;
 use crate::store::tables::read;
 use crate::store::tables::rows::{ChangeRow, Ident};
 
-/// One change.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // parts of the line in the template
 pub(crate) struct Change {
@@ -25,7 +24,7 @@ pub(crate) fn read(out: &Path) -> Result<Vec<ChangeRow>, Error> {
     Ok(read::rows(out)?)
 }
 
-/// What is said of one session: its changes, or that it is as before; empty where it cannot be compared.
+/// Text about one session: its changes, or that it is as before; empty where it cannot be compared.
 pub(crate) fn of_session(rows: &[ChangeRow], session: &Ident) -> Vec<Change> {
     let change = |row: &ChangeRow| Change {
         sentence: typeset_sentence(&row.sentence),

@@ -11,7 +11,7 @@ use crate::statistics::number_format::{self, fixed, typeset};
 pub(crate) struct Model {
     /// Its file, below the output folder.
     pub file: String,
-    /// What was added: sentence, name, size with its standard error and unit.
+    /// Added effects: sentence, name, size with its standard error and unit.
     pub effects: Vec<(String, String, String)>,
     /// Coefficients without these effects: tyre and name, value, 95 % interval, unit, status.
     pub coefficients: Vec<[String; 5]>,

@@ -19,7 +19,7 @@ pub struct Misfit {
     pub unit: String,
     pub base: String,
     pub extended: String,
-    pub floor: String,
+    pub noise_only: String,
     pub bar: String,
     pub with: String,
     pub blocks: i64,
@@ -48,11 +48,11 @@ pub(crate) fn worst_first(rows: &[DiscrepancyRow]) -> Vec<&DiscrepancyRow> {
 }
 
 pub(super) fn levels(row: &DiscrepancyRow) -> Option<Levels> {
-    let floor = row.noise_floor;
-    (floor > 0.0).then(|| Levels {
-        base: row.rmse_base / floor,
-        extended: row.rmse_extended.map(|e| e / floor),
-        largest: row.null_largest / floor,
+    let noise_only = row.noise_floor;
+    (noise_only > 0.0).then(|| Levels {
+        base: row.rmse_base / noise_only,
+        extended: row.rmse_extended.map(|e| e / noise_only),
+        largest: row.null_largest / noise_only,
     })
 }
 
@@ -71,7 +71,7 @@ pub(super) fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
         unit,
         base: show(row.rmse_base),
         extended: row.rmse_extended.map(show).unwrap_or_default(),
-        floor: show(row.noise_floor),
+        noise_only: show(row.noise_floor),
         bar: levels(row).map(|l| axis.draw(l)).unwrap_or_default(),
         with,
         blocks: row.n,

@@ -13,7 +13,7 @@ use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationErro
 /// Most signals that are listed as left.
 const LEFT: usize = 3;
 
-/// What a ride says, in the end.
+/// Result of the diagnosis of a ride.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -33,18 +33,17 @@ pub enum Outcome {
     Unjudged,
 }
 
-/// Something that was named.
 #[derive(Debug, Clone, Serialize)]
 pub struct Finding {
     /// Name in the table.
     pub name: String,
-    /// What the effect does, as a clause.
+    /// Sentence of the effect, as a clause.
     pub sentence: String,
     /// Its size with unit.
     pub size: String,
     /// 95 % interval.
     pub interval: String,
-    /// What it could be instead.
+    /// Other causes that it could be.
     pub or: Vec<String>,
     /// Where it was found, if not in this ride alone.
     pub level: String,
@@ -62,13 +61,13 @@ pub(crate) struct Entry {
     pub verdict: &'static str,
     pub findings: Vec<Finding>,
     pub reason: String,
-    /// What the simulation gains most by what was named, or that it gains nothing, and what gets worse; of an
+    /// Largest gain of the simulation by the identified causes, or that it gains nothing, and what gets worse; of an
     /// unexplained ride where it is wrong.
     pub gain: String,
     pub structured: usize,
 }
 
-/// What the rows of a ride say in the end.
+/// Result of the rows of a ride.
 pub fn outcome(causes: &[CauseRow]) -> Outcome {
     let is = |verdict: Verdict| causes.iter().any(|c| c.verdict == verdict.name());
     let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
@@ -89,7 +88,7 @@ fn is_refused(row: &CauseRow) -> bool {
     row.verdict == Verdict::NotNeeded.name() && row.score > needed
 }
 
-/// What has the score of a cause and is none, each with the rule that refused it: for pages and the terminal.
+/// Candidates with the score of a cause that were refused, each with the rule that refused it: for pages and the terminal.
 pub(crate) fn refused(causes: &[CauseRow]) -> impl Iterator<Item = String> {
     causes.iter().filter(|c| is_refused(c)).map(|c| {
         let size = sized(c).map_or(String::new(), |(size, _)| format!(", {size}"));

@@ -13,7 +13,7 @@ use crate::statistics::number_format::{self, fixed, round, typeset};
 use crate::store::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
 
 /// Most overlays on a page.
-const MOST: usize = 4;
+const MAX_OVERLAYS: usize = 4;
 /// Most channels of which the gain is shown.
 const GAINS: usize = 2;
 /// A manoeuvre that is drawn lasts at least so long, s: of a shorter one nothing is to be seen.
@@ -32,7 +32,7 @@ pub(crate) struct Overlay {
     pub note: String,
     /// Numbers of the two charts.
     pub charts: [usize; 2],
-    /// What their ordinates are, for those who cannot see them.
+    /// Text about the ordinates, for readers who cannot see them.
     pub labels: [String; 2],
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Reproduced {
     pub unit: String,
     /// Root mean square of measured less simulated.
     pub base: f64,
-    /// The same with the named causes.
+    /// The same with the identified causes.
     pub extended: Option<f64>,
 }
 
@@ -83,9 +83,9 @@ fn groups<'a>(rows: &'a [SimulatedSample], errors: &[SimulationError]) -> Vec<Gr
         for own in channel.chunk_by(|a, b| a.kind == b.kind) {
             let Some(misfit) = rmse(own.iter(), |r| r.base) else { continue };
             let (channel, kind) = (own[0].channel.as_str(), own[0].kind.as_str());
-            let floor = errors.iter().find(|e| e.channel == channel && e.kind == kind);
-            let measure = floor.map_or(spread, |e| e.noise_floor).max(f64::MIN_POSITIVE);
-            let runs = own.chunk_by(|a, b| a.manoeuvre == b.manoeuvre).collect();
+            let noise_only = errors.iter().find(|e| e.channel == channel && e.kind == kind);
+            let measure = noise_only.map_or(spread, |e| e.noise_floor).max(f64::MIN_POSITIVE);
+            let runs = own.chunk_by(|a, b| a.replay_id == b.replay_id).collect();
             out.push(Group { channel, kind, runs, misfit: misfit / measure });
         }
     }
@@ -98,13 +98,13 @@ struct Pick<'a> {
     run: Run<'a>,
     /// Which of the runs it is.
     which: String,
-    /// What it stands for.
+    /// Meaning of the run.
     note: String,
     /// Noise-only rms, in the rows' unit.
-    floor: Option<f64>,
+    noise_only: Option<f64>,
 }
 
-/// What to draw: first where the causes make the simulation better, the manoeuvre that gains most and one that changes
+/// Runs to draw: first where the causes make the simulation better, the manoeuvre that gains most and one that changes
 /// as all do; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are
 /// the discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
 pub(crate) fn overlays(
@@ -124,14 +124,15 @@ pub(crate) fn overlays(
         gained.push(&error.channel);
         let group = open.remove(place);
         let note = format!("All {}, sample by sample: {}.", error.n, simulation::errors(error));
-        let floor = Some(error.noise_floor);
-        let [most, typical] = [Which::Gain, Which::Typical].map(|which| choose(&group.runs, which));
+        let noise_only = Some(error.noise_floor);
+        let [most, typical] =
+            [RunChoice::Gain, RunChoice::Typical].map(|which| choose(&group.runs, which));
         let is_same = most.as_ref().map(|w| w.1.as_ptr()) == typical.as_ref().map(|m| m.1.as_ptr());
         let both = most.into_iter().chain(typical.filter(|_| !is_same));
-        picked.extend(both.map(|(which, run)| Pick { run, which, note: note.clone(), floor }));
+        picked.extend(both.map(|(which, run)| Pick { run, which, note: note.clone(), noise_only }));
     }
     for row in misfits.iter().filter(|r| r.structured) {
-        if picked.len() >= MOST {
+        if picked.len() >= MAX_OVERLAYS {
             break;
         }
         let own = |name: &str| open.iter().position(|g| g.kind == row.kind && g.channel == name);
@@ -149,19 +150,19 @@ pub(crate) fn overlays(
             picked.extend(middle(open.remove(place), note, errors));
         }
     }
-    // of what is left each channel once: wheel and motorcycle tell the same of every kind
+    // of the others each channel once: wheel and motorcycle show the same in every kind
     let mut shown: Vec<&str> = picked.iter().map(|p| p.run[0].channel.as_str()).collect();
     for group in open {
-        if picked.len() < MOST && !shown.contains(&group.channel) {
+        if picked.len() < MAX_OVERLAYS && !shown.contains(&group.channel) {
             shown.push(group.channel);
             picked.extend(middle(group, String::new(), errors));
         }
     }
     let mut out = Vec::new();
     let mut charts = Vec::new();
-    for Pick { run, which, note, floor } in picked {
+    for Pick { run, which, note, noise_only } in picked {
         let first = charts.len();
-        let pair = pair(run, floor, &format!("overlay-{}", out.len()));
+        let pair = pair(run, noise_only, &format!("overlay-{}", out.len()));
         let kind = kinds::label(&run[0].kind);
         let what = cause_labels::channel(&run[0].channel, &run[0].unit);
         out.push(Overlay {
@@ -182,13 +183,13 @@ pub(crate) fn overlays(
 /// The middle run of a group.
 fn middle<'a>(group: Group<'a>, note: String, errors: &[SimulationError]) -> Option<Pick<'a>> {
     let own = |e: &&SimulationError| e.channel == group.channel && e.kind == group.kind;
-    let floor = errors.iter().find(own).map(|e| e.noise_floor);
-    choose(&group.runs, Which::Middle).map(|(which, run)| Pick { run, which, note, floor })
+    let noise_only = errors.iter().find(own).map(|e| e.noise_floor);
+    choose(&group.runs, RunChoice::Middle).map(|(which, run)| Pick { run, which, note, noise_only })
 }
 
 /// Which of a group's runs is drawn.
 #[derive(Clone, Copy)]
-enum Which {
+enum RunChoice {
     /// The one in which the causes take most of the error away.
     Gain,
     /// The one whose error changes as that of all together does.
@@ -213,7 +214,7 @@ fn length(run: Run<'_>) -> f64 {
 }
 
 /// One of the runs of at least [`SHORTEST`], or of all where none is so long, and in words which one it is.
-fn choose<'a>(runs: &[Run<'a>], which: Which) -> Option<(String, Run<'a>)> {
+fn choose<'a>(runs: &[Run<'a>], which: RunChoice) -> Option<(String, Run<'a>)> {
     let is_long = |r: &Run<'_>| length(r) >= SHORTEST;
     let any_long = runs.iter().any(is_long);
     let known = runs.iter().filter(|r| !any_long || is_long(r));
@@ -222,21 +223,21 @@ fn choose<'a>(runs: &[Run<'a>], which: Which) -> Option<(String, Run<'a>)> {
     let rank = |r: Run<'_>| -> Option<f64> {
         let [before, after] = squares(r);
         match which {
-            Which::Gain => Some(before - after),
-            Which::Typical => {
+            RunChoice::Gain => Some(before - after),
+            RunChoice::Typical => {
                 let off = (after / before).ln() - (all[1] / all[0]).ln();
                 off.is_finite().then(|| -off.abs())
             }
-            Which::Middle => rmse(r.iter(), |s| s.base),
+            RunChoice::Middle => rmse(r.iter(), |s| s.base),
         }
     };
     let mut by: Vec<(f64, Run<'a>)> = known.filter_map(|r| Some((rank(r)?, *r))).collect();
     by.sort_by(|a, b| a.0.total_cmp(&b.0));
     let n = by.len();
     let (place, name) = match which {
-        Which::Gain => (n.checked_sub(1)?, "with the largest gain"),
-        Which::Typical => (n.checked_sub(1)?, "whose error changes as that of all does"),
-        Which::Middle => (n / 2, "in the middle by misfit"),
+        RunChoice::Gain => (n.checked_sub(1)?, "with the largest gain"),
+        RunChoice::Typical => (n.checked_sub(1)?, "whose error changes as that of all does"),
+        RunChoice::Middle => (n / 2, "in the middle by misfit"),
     };
     let long = if any_long { format!(" of at least {SHORTEST:.0} s") } else { String::new() };
     let text = match n {
@@ -256,11 +257,11 @@ fn caption(run: Run<'_>, which: &str) -> String {
     let base = rmse(run.iter(), |r| r.base).map(show).unwrap_or_default();
     let with = rmse(run.iter(), |r| r.extended)
         .map_or(String::new(), |e| format!(", {} with the causes", show(e)));
-    format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].manoeuvre)
+    format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].replay_id)
 }
 
 /// Measured, base and extended; under it what each leaves, and twice the noise-only rms.
-fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
+fn pair(run: Run<'_>, noise_only: Option<f64>, group: &str) -> [Chart; 2] {
     let (unit, scale) = cause_labels::readable(&run[0].unit);
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
     let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
@@ -294,8 +295,8 @@ fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
         ],
         what,
     );
-    let noise = floor.map(|floor| {
-        let half = round(2.0 * floor * scale, decimals + 1);
+    let noise = noise_only.map(|noise_only| {
+        let half = round(2.0 * noise_only * scale, decimals + 1);
         let [x, nil] = [run.iter().map(|r| round(r.time, 3)).collect(), vec![0.0; run.len()]];
         let edge = |by: f64| nil.iter().map(|_| Some(by)).collect();
         Line {
@@ -361,7 +362,7 @@ mod tests {
 
     fn sample(channel: &str, manoeuvre: i64, k: usize, off: f64) -> SimulatedSample {
         SimulatedSample {
-            manoeuvre,
+            replay_id: manoeuvre,
             kind: "cornering".into(),
             channel: channel.into(),
             unit: "rad".into(),

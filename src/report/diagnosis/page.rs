@@ -27,15 +27,15 @@ pub struct Page {
     pub bike_id: String,
     /// Start of the session.
     pub start: String,
-    /// What the ride says.
+    /// Result of the ride.
     pub outcome: Outcome,
     /// Whether the model reproduces the ride, in one sentence.
     pub answer: &'static str,
-    /// What is wrong, as far as it is known.
+    /// Identified and possible causes.
     pub verdict: String,
     /// Further sentences.
     pub remarks: Vec<String>,
-    /// What was named, the first first.
+    /// Identified causes in the order of their identification.
     pub findings: Vec<Finding>,
     /// Misfits that are structured, the worst first.
     pub misfits: Vec<Misfit>,
@@ -51,13 +51,13 @@ pub struct Page {
     pub more: Vec<Candidate>,
     /// Classes that the ride cannot tell apart.
     pub rivals: Vec<Rivals>,
-    /// What the named causes gain.
+    /// Gain of the identified causes in simulation.
     pub gain: Option<Gain>,
     /// The simulation before and after, on manoeuvres left out of the fit.
     pub simulation: Simulation,
     /// Residuals over the whole ride before and after, where nothing was simulated.
     pub channels: Vec<Change>,
-    /// What the ride cannot show, by the riding that would.
+    /// Effects that the ride cannot show, by the riding that would.
     pub unseen: Vec<(String, Vec<(String, String)>)>,
 }
 
@@ -81,9 +81,9 @@ pub struct Candidate {
 /// Candidates that the ride cannot tell apart.
 #[derive(Debug, Serialize)]
 pub struct Rivals {
-    /// What each says happens, and its name.
+    /// Sentence of each, and its name.
     pub members: Vec<(String, String)>,
-    /// What would tell them apart.
+    /// Riding or channel that would separate them.
     pub separate_by: String,
 }
 

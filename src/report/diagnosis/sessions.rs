@@ -112,12 +112,12 @@ impl Diagnosed {
         Some(&self.sessions[found].page)
     }
 
-    /// What differs between the rides of each motorcycle.
+    /// Differences between the rides of each motorcycle.
     pub(crate) fn changes(&self) -> &[ChangeRow] {
         &self.changes
     }
 
-    /// What the diagnoses say together, in sentences: shared causes first. Empty where nothing was diagnosed.
+    /// Summary of the diagnoses, in sentences: shared causes first. Empty where nothing was diagnosed.
     pub(crate) fn answer(&self) -> Vec<String> {
         let sessions: Vec<Vec<CauseRow>> =
             self.sessions.iter().map(|s| self.rows(&s.ident).0.to_vec()).collect();
@@ -130,7 +130,7 @@ impl Diagnosed {
         said.iter().map(named).collect()
     }
 
-    /// What was found in a session, in clauses.
+    /// Findings in a session, in clauses.
     pub(crate) fn causes_of(&self, ident: &Ident) -> Vec<String> {
         answer::of_session(self.rows(ident).0).iter().map(|c| typeset_sentence(c)).collect()
     }

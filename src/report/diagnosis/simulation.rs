@@ -1,4 +1,4 @@
-//! What the named causes gain in the simulation of manoeuvres that the fit has not seen.
+//! Gain of the identified causes in the simulation of manoeuvres that the fit has not seen.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ pub struct Simulated {
     pub unit: String,
     pub base: String,
     pub extended: String,
-    pub floor: String,
+    pub noise_only: String,
     pub ratio: String,
     pub interval: String,
     pub class: &'static str,
@@ -33,17 +33,15 @@ pub struct Simulated {
 /// The simulation before and after.
 #[derive(Debug, Default, Serialize)]
 pub struct Simulation {
-    /// What gets better most, a clause each.
+    /// Largest gains, a clause each.
     pub gains: Vec<String>,
-    /// What is to be said of it otherwise.
+    /// Text about it otherwise.
     pub remark: String,
     /// Where it stays wrong, a clause each.
     pub wrong: Vec<String>,
     /// Whether there is an after.
     pub extended: bool,
-    /// What changes visibly.
     pub changed: Vec<Simulated>,
-    /// What does not.
     pub others: Vec<Simulated>,
 }
 
@@ -74,8 +72,8 @@ pub(crate) fn errors(row: &SimulationError) -> String {
     let number = |v| shown.number(v);
     let after = row.rmse_extended.map_or(String::new(), |e| format!(" → {}", number(e)));
     let gap = if shown.unit == "°" { "" } else { "\u{a0}" };
-    let [base, floor] = [row.rmse_base, row.noise_floor].map(number);
-    format!("{base}{after}{gap}{} (noise only {floor})", shown.unit)
+    let [base, noise_only] = [row.rmse_base, row.noise_floor].map(number);
+    format!("{base}{after}{gap}{} (noise only {noise_only})", shown.unit)
 }
 
 /// The same with channel and kind of manoeuvre.
@@ -121,7 +119,7 @@ pub(crate) fn simulation(rows: &[SimulationError]) -> Simulation {
     }
 }
 
-/// The largest gain and whatever else must be said, in one line; empty where nothing was named.
+/// Largest gain and remarks, in one line; empty without an identified cause.
 pub(crate) fn in_short(rows: &[SimulationError]) -> String {
     let Simulation { gains, remark, .. } = simulation(rows);
     let gain = gains.into_iter().next().map(|gain| gain + ".");
@@ -144,7 +142,7 @@ fn simulated(row: &SimulationError) -> Simulated {
         kind: kinds::label(&row.kind),
         base: shown.number(row.rmse_base),
         extended: row.rmse_extended.map(|e| shown.number(e)).unwrap_or_default(),
-        floor: shown.number(row.noise_floor),
+        noise_only: shown.number(row.noise_floor),
         unit: shown.unit,
         ratio: row.ratio.map(|r| fixed(r, 2)).unwrap_or_default(),
         interval: ends
@@ -228,7 +226,7 @@ mod tests {
         assert!(found.remark.contains("worse in the speed while front braking"), "{found:?}");
         assert_eq!(in_short(&[row(0.3, 1.2, 1.7)]), found.remark);
         assert_eq!(in_short(&[]), "");
-        // nothing named: nothing to say
+        // no identified cause: nothing to say
         let none = SimulationError { rmse_extended: None, ratio: None, ..row(0.0, 1.0, 1.0) };
         let found = simulation(&[none]);
         assert!(found.remark.is_empty() && !found.extended && found.others.len() == 1);

@@ -61,8 +61,8 @@ pub(crate) fn replays(
     let mut rows = files.rows(session)?;
     rows.retain(|r| r.time.is_finite());
     rows.sort_by(|a, b| {
-        (&a.channel, &a.kind, a.manoeuvre)
-            .cmp(&(&b.channel, &b.kind, b.manoeuvre))
+        (&a.channel, &a.kind, a.replay_id)
+            .cmp(&(&b.channel, &b.kind, b.replay_id))
             .then(a.time.total_cmp(&b.time))
     });
     Ok(rows)

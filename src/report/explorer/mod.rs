@@ -2,7 +2,7 @@
 //!
 //! The page holds each tyre's row of `tyre_parameters` and the bands of its session's charts, and each tyre over all its
 //! rides ([`pooled`]); its script evaluates the
-//! model (`reports/charts/tyre_model.js`), and is held against points of the program's own.
+//! model (`reports/charts/tyre_model.js`), and is compared with points of the program's own.
 
 pub(crate) mod pooled;
 pub(crate) mod tyre;

@@ -17,7 +17,7 @@ use crate::tyre::tyre_model::TyreModel;
 
 /// Every so-many-th point of a curve's band is kept.
 const STEP: usize = 4;
-/// Where the page's model is held against the program's: slip ratio, slip angle, camber, share of the load at rest, road.
+/// Points at which the page's model is compared with the program's: slip ratio, slip angle, camber, share of the load at rest, road.
 const CHECKS: [[f64; 5]; 6] = [
     [-0.03, 0.0, 0.0, 1.0, 1.0],
     [-0.6, 0.03, -0.4, 1.4, 0.6],
@@ -90,7 +90,6 @@ struct Bands {
     camber: Band,
 }
 
-/// What was ridden.
 #[derive(Debug, Serialize)]
 struct Ridden {
     slip: Option<[f64; 2]>,
@@ -104,9 +103,9 @@ struct Ridden {
 /// A tyre of the page.
 #[derive(Debug, Serialize)]
 pub(crate) struct Tyre<'a> {
-    /// What a link calls it.
+    /// Id in links.
     id: String,
-    /// What the reader calls it.
+    /// Name for the reader.
     name: String,
     bike: &'a str,
     tyre: &'a str,
@@ -204,7 +203,7 @@ impl<'a> Tyre<'a> {
         }
     }
 
-    /// What a tyre's row says by itself.
+    /// Tyre of a row by itself.
     fn bare(row: &'a TyreParameters, bands: Bands) -> Self {
         Tyre {
             id: String::new(),
@@ -237,7 +236,7 @@ fn bounded(row: &TyreParameters) -> [f64; 2] {
     bounded_loads(braked.map_or([row.load_at_rest; 2], |(low, high)| [low, high]))
 }
 
-/// What a tyre's name has in brackets.
+/// Text in brackets after a tyre's name.
 fn details(of: [Option<&str>; 2]) -> String {
     let details: Vec<&str> = of.into_iter().flatten().filter(|text| !text.is_empty()).collect();
     match details.is_empty() {

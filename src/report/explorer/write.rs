@@ -21,7 +21,7 @@ use crate::store::tables::file;
 use crate::store::tables::rows::{Ident, PlotPoint, TyreParameters, TyreRow};
 
 /// Most rides whose tyres are on the page.
-const MOST: usize = 60;
+const MAX_RIDES: usize = 60;
 
 /// A point of a tyre bench.
 #[derive(Debug, Serialize)]
@@ -35,7 +35,7 @@ struct BenchPoint {
     fy: Option<f64>,
 }
 
-/// What the page's script draws from.
+/// Data of the page's script.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     tyres: Vec<Tyre<'a>>,
@@ -118,7 +118,7 @@ fn rides(rows: &[TyreParameters]) -> Vec<Vec<&TyreParameters>> {
     rides
 }
 
-/// At most [`MOST`] of them: of each motorcycle as many, the newest.
+/// At most [`MAX_RIDES`] of them: of each motorcycle as many, the newest.
 fn newest<'a>(rides: &[Vec<&'a TyreParameters>]) -> Vec<Vec<&'a TyreParameters>> {
     let mut place = 0;
     let mut before = "";
@@ -130,7 +130,7 @@ fn newest<'a>(rides: &[Vec<&'a TyreParameters>]) -> Vec<Vec<&'a TyreParameters>>
     // the newest of every motorcycle come before the second of any
     let mut ranked: Vec<(usize, usize)> = places.enumerate().map(|(i, p)| (p, i)).collect();
     ranked.sort_unstable();
-    let mut kept: Vec<usize> = ranked.into_iter().take(MOST).map(|(_, i)| i).collect();
+    let mut kept: Vec<usize> = ranked.into_iter().take(MAX_RIDES).map(|(_, i)| i).collect();
     kept.sort_unstable();
     kept.into_iter().map(|i| rides[i].clone()).collect()
 }
@@ -158,7 +158,7 @@ mod tests {
         let rides = rides(&rows);
         assert_eq!(rides.len(), 120);
         let kept = newest(&rides);
-        assert_eq!(kept.len(), MOST);
+        assert_eq!(kept.len(), MAX_RIDES);
         let of = |day: &str| kept.iter().filter(|r| r[0].ident.session_id == day).count();
         assert_eq!([of("s03"), of("s02"), of("s01")], [40, 20, 0]);
     }

@@ -14,7 +14,7 @@ const POINTS: usize = 51;
 /// Least camber that is looked at, rad: upright there is no side force to be off from.
 const LEAST_CAMBER: f64 = 0.01;
 
-/// What the adjustment changed.
+/// Changes by the adjustment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adjusted {
     /// `c1` and `c3` as they were fitted, and as the tyre has them.

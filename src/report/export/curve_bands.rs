@@ -15,9 +15,7 @@ use crate::store::tables::rows::PlotPoint;
 /// A curve of a chart with its band, SI units, by rising abscissa.
 #[derive(Debug, Clone, Default)]
 pub struct Curve {
-    /// Abscissae.
     pub x: Vec<f64>,
-    /// Values.
     pub y: Vec<f64>,
     /// Lower ends; `None` where the ride does not bound the curve.
     pub low: Vec<Option<f64>>,

@@ -1,4 +1,4 @@
-//! What a diagnosis named, seen from a tyre: what the export adds to it, what its coefficients have already and what
+//! Identified causes of a diagnosis, seen from a tyre: what the export adds to it, what its coefficients have already and what
 //! is no tyre's.
 //!
 //! | the effect is | `run --model` took it out | in the export |
@@ -14,19 +14,16 @@ use serde::Serialize;
 
 use crate::contract::bike::Axle;
 use crate::simulate::effects::models::{Models, was_taken_out};
-use crate::simulate::effects::{Effect, ModelError, Who};
+use crate::simulate::effects::{Effect, ModelError, SessionRef};
 use crate::statistics::interval::t95;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{SessionRow, WarningRow};
 
-/// An effect that a diagnosis named.
+/// An identified cause of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Named {
-    /// Which.
     pub effect: &'static Effect,
-    /// In its unit.
     pub value: f64,
-    /// Its standard error.
     pub std_error: f64,
     /// Where the size comes from, in words.
     pub origin: String,
@@ -34,7 +31,7 @@ pub struct Named {
     pub taken_out: bool,
 }
 
-/// What the export does with an effect.
+/// Place of an effect in an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
@@ -53,7 +50,7 @@ pub enum Place {
 impl Named {
     /// Those of a session.
     pub fn all(models: &Models, session: &SessionRow, warnings: &[WarningRow]) -> Vec<Named> {
-        let who = Who {
+        let who = SessionRef {
             session_id: &session.ident.session_id,
             bike_id: &session.ident.bike_id,
             site: session.site.as_deref(),
@@ -71,7 +68,7 @@ impl Named {
         models.of(&who).into_iter().map(named).collect()
     }
 
-    /// What the export does with it, seen from a tyre.
+    /// Place in the export, seen from a tyre.
     pub fn place(&self, axle: Axle) -> Place {
         let tyres = self.effect.tyres;
         if tyres.is_empty() {
@@ -127,7 +124,7 @@ pub(crate) fn noted(note: &str, all: &[Named], axle: Axle, name: &str) -> String
     }
 }
 
-/// What a file says of the effects of some tyres, line by line; `left_out` are those that its form has no place for.
+/// Lines of a file about the effects of some tyres, line by line; `left_out` are those that its form has no place for.
 pub fn lines(all: &[Named], tyres: &[Axle], left_out: &[&str]) -> Vec<String> {
     let is_left_out = |one: &Named| left_out.contains(&one.effect.name);
     let at = |one: &Named, place: Place| tyres.iter().any(|axle| one.place(*axle) == place);

@@ -4,7 +4,7 @@ use super::ranges::Ranges;
 use super::tyre::Characterised;
 use crate::tyre::paper::Input;
 
-/// What a ride without samples of a kind is given.
+/// Range for a ride without samples of a kind.
 const SLIP: [f64; 2] = [-0.2, 0.0];
 const ANGLE: f64 = 0.02;
 const CAMBER: f64 = 0.5;
@@ -12,7 +12,6 @@ const CAMBER: f64 = 0.5;
 /// Ends of the ranges, as a property file states them: angles go both ways.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
-    /// Slip ratio.
     pub slip_ratio: [f64; 2],
     /// Slip angle, rad.
     pub slip_angle: f64,
@@ -23,7 +22,6 @@ pub struct Ends {
 }
 
 impl Ends {
-    /// Of a tyre.
     pub fn of(tyre: &Characterised) -> Self {
         let ranges = &tyre.ranges;
         let [low, high] = ranges.slip_ratio.unwrap_or(SLIP);

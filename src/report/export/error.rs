@@ -26,9 +26,9 @@ pub enum Error {
     /// The coefficients are no tyre.
     #[error("session `{session}`: {source}")]
     Tyre {
-        /// The session.
+        /// Id of the session.
         session: String,
-        /// What is wrong.
+        /// Coefficient that is missing or impossible.
         source: KeyError,
     },
     /// The fit of a property file does not come to an end.

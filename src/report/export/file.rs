@@ -44,7 +44,6 @@ impl File {
         self.put(key, &format!("{:?}", rounded(value)), note);
     }
 
-    /// A text.
     pub(crate) fn text(&mut self, key: &str, value: &str, note: &str) {
         self.put(key, &format!("'{value}'"), note);
     }
@@ -111,7 +110,7 @@ pub(crate) fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &
 /// Effects of the rolling radius: property files of this form have one radius at every load.
 const NO_KEY: [&str; 3] = ["radius_load", "radius_camber", "radius_speed"];
 
-/// What a diagnosis named: where it is, or that it is in no tyre.
+/// Identified causes of a diagnosis: the tyre that has each, or that no tyre has it.
 pub(crate) fn effects(file: &mut File, c: &Characterised) {
     for line in c.effects(&NO_KEY) {
         file.comment(&line);
@@ -146,7 +145,7 @@ pub(crate) fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, 
     file.number("PKX3", exponent, &note(NO_LOAD));
 }
 
-/// What the lateral coefficients are from.
+/// Origin of the lateral coefficients.
 pub(crate) fn side_force(file: &mut File, fitted: &Fitted, c: &Characterised) {
     let row = |coefficient: C| {
         fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
@@ -248,7 +247,7 @@ pub(crate) fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting:
     file.number("FREFF", 0.0, "set");
 }
 
-/// What the head says of the differences from the estimated tyre, read back.
+/// Lines of the head about the differences from the estimated tyre, read back.
 pub(crate) fn differences(
     file: &mut File,
     c: &Characterised,
@@ -273,7 +272,7 @@ pub(crate) fn differences(
     }
 }
 
-/// What the head says of the lateral peak.
+/// Lines of the head about the lateral peak.
 pub(crate) fn peak(file: &mut File, c: &Characterised, peak: f64) {
     let assumed = Validity::of(c).peak / c.tyre.tyre.reference_friction;
     file.comment(&format!(
@@ -284,7 +283,7 @@ pub(crate) fn peak(file: &mut File, c: &Characterised, peak: f64) {
     );
 }
 
-/// What the head says of the road of the ride.
+/// Lines of the head about the road of the ride.
 pub(crate) fn road(file: &mut File, c: &Characterised) {
     let friction = c.tyre.tyre.reference_friction;
     file.comment(&format!(

@@ -43,7 +43,7 @@ pub(crate) fn motorcycle(tyre: &Characterised) -> Result<MfMc, Error> {
     Ok(set)
 }
 
-/// What follows in closed form.
+/// Parameters that follow in closed form.
 fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
@@ -226,7 +226,7 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), Error> {
             bounds: &bounds,
             starts: &starts,
             beyond: LATERAL,
-            most: MOST,
+            most: MAX_EXCESS_BEYOND,
         },
     )
 }
@@ -270,7 +270,7 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), Error> {
 /// Weight of side forces beyond what was ridden: little, the ridden ones are known.
 pub(crate) const LATERAL: f64 = 0.006;
 /// Of side forces beyond, over the largest: one tyre in 24 was 0.7 off where the form fits ill.
-pub(crate) const MOST: f64 = 0.25;
+pub(crate) const MAX_EXCESS_BEYOND: f64 = 0.25;
 /// Weight of combined slip beyond: nobody rides it, so that small slips count no more than large ones.
 pub(crate) const COMBINED_BEYOND: f64 = 0.15;
 /// Of the weighting functions: a cosine whose argument stays below a right angle turns no force's sign.

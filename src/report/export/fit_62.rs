@@ -7,8 +7,8 @@
 
 use super::ends::{Ends, steps};
 use super::fit::{
-    COMBINED, COMBINED_BEYOND, LATERAL, MOST, PEAK, QCZ1, proportional, trail_over_load,
-    trail_shrinks,
+    COMBINED, COMBINED_BEYOND, LATERAL, MAX_EXCESS_BEYOND, PEAK, QCZ1, proportional,
+    trail_over_load, trail_shrinks,
 };
 use super::grid::Grid;
 use super::over_load::OverLoad;
@@ -62,7 +62,7 @@ fn on_a_road_of_one(set: &mut Mf62, friction: f64) {
     set.qBz[0] *= friction;
 }
 
-/// What follows in closed form.
+/// Parameters that follow in closed form.
 fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, Error> {
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
@@ -187,7 +187,7 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), Error> {
             bounds: &bounds,
             starts: &starts,
             beyond: LATERAL,
-            most: MOST,
+            most: MAX_EXCESS_BEYOND,
         },
     )
 }

@@ -19,15 +19,14 @@ use crate::store::tables::rows::{Coefficient, SessionRow, Status};
 /// One session's coefficients, as the tables have them.
 #[derive(Debug)]
 pub struct Fitted {
-    /// The session.
     pub session: SessionRow,
     /// Its coefficients, in the contract's order.
     pub coefficients: Vec<Coefficient>,
-    /// What was ridden, front and rear: where the coefficients hold.
+    /// Ridden ranges, front and rear: where the coefficients hold.
     pub ranges: [Ranges; 2],
     /// The curves of its charts with their bands, front and rear.
     pub curves: [Curves; 2],
-    /// What a diagnosis named in it; none where none was asked.
+    /// Identified causes of the session; none without a diagnosis.
     pub named: Vec<Named>,
 }
 
@@ -73,7 +72,7 @@ impl Fitted {
         Ok(Fitted { session, coefficients, ranges, curves, named: Vec::new() })
     }
 
-    /// With what a diagnosis named in the session.
+    /// With the identified causes of the session.
     ///
     /// # Errors
     /// A table cannot be read.
@@ -83,7 +82,7 @@ impl Fitted {
         Ok(self)
     }
 
-    /// What was ridden of one tyre.
+    /// Ridden ranges of one tyre.
     pub fn ridden(&self, axle: Axle) -> &Ranges {
         &self.ranges[usize::from(axle == Axle::Rear)]
     }
@@ -93,7 +92,6 @@ impl Fitted {
         &self.curves[usize::from(axle == Axle::Rear)]
     }
 
-    /// A coefficient's row.
     pub fn row(&self, part: impl Into<Part>, coefficient: C) -> Option<&Coefficient> {
         let id = Id::from((part, coefficient));
         self.coefficients.iter().find(|c| Id::from_names(&c.tyre, &c.coefficient) == Some(id))
@@ -178,7 +176,7 @@ impl Fitted {
     }
 }
 
-/// What the head says where a diagnosis named something.
+/// Text of the head where a diagnosis identified a cause.
 const OF_EFFECTS: &str = "\
 # effects: what diagnose identified. place: added = part of the tyre beyond its coefficients; in_coefficients =\n\
 # `run --model` put it there; in_recording = not added, a mean of it is in the coefficients (the output was\n\
@@ -233,6 +231,8 @@ impl<'a> Head<'a> {
 
 #[derive(Serialize)]
 struct Entry<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    term: Option<&'static str>,
     symbol: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     value: Option<f64>,
@@ -265,6 +265,7 @@ struct Entry<'a> {
 impl<'a> Entry<'a> {
     fn of(c: &'a Coefficient) -> Self {
         Entry {
+            term: C::from_name(&c.coefficient).map(|c| c.spec().term),
             symbol: &c.symbol,
             value: c.value,
             unit: &c.unit,

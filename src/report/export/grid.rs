@@ -8,7 +8,6 @@ use crate::tyre::paper::Input;
 /// The points of some ranges at which a tyre is compared.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Grid {
-    /// The ranges.
     pub ends: Ends,
     /// Largest side force over load; points with more are left out.
     pub side: f64,
@@ -17,7 +16,7 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// What was ridden. The side force is part of it: a large angle beside a large camber was not ridden, and the
+    /// Ridden ranges. The side force is part of it: a large angle beside a large camber was not ridden, and the
     /// model is linear there for ever.
     pub(crate) fn ridden(tyre: &Characterised) -> Self {
         Grid { ends: Ends::of(tyre), side: tyre.ridden_side() * (1.0 + 1e-9), lateral: [17, 25] }

@@ -12,7 +12,7 @@
 //! | [`fmu`] | `fmu`: the same as a simulation unit of FMI 3.0 |
 //!
 //! [`origins`] says where each number is from. [`curve_bands`] are the intervals of the look-up tables. [`parameters`] are the rows of the table `tyre_parameters`. A property file is shaped to the tyre by [`shape`]; how far it may be used is said in [`validity`].
-//! [`adjusted`] says what the stiffness of the tyre is adjusted to and what that costs. [`effects`] says which effects that a diagnosis named become part of the tyre, [`over_load`] how what depends on
+//! [`adjusted`] says what the stiffness of the tyre is adjusted to and what that costs. [`effects`] says which identified causes become part of the tyre, [`over_load`] how what depends on
 //! load is said in a property file. [`written`] is the one call for all formats. All are written from the output tables
 //! alone (and, for what no ride gives, the bike file).
 

@@ -18,7 +18,7 @@ use crate::report::export::error::Error;
 use crate::statistics::number_format::short;
 use crate::tyre::mf_mc::MfMc;
 
-/// What the relaxation length of the slip ratio loses with the nominal load once more: `Fz (1 - x dfz)` is closest to
+/// Relative loss of the relaxation length of the slip ratio when the load rises by the nominal load: `Fz (1 - x dfz)` is closest to
 /// one value from half of the nominal load to its double.
 const PTX2: f64 = 0.4;
 

@@ -12,9 +12,8 @@ pub(crate) struct Number {
     pub name: &'static str,
     /// SI unit, or nothing.
     pub unit: &'static str,
-    /// What it is, as a comment.
+    /// Meaning, as a comment.
     pub meaning: &'static str,
-    /// Its value.
     pub value: fn(&Characterised, &Ends) -> f64,
 }
 
@@ -24,24 +23,23 @@ macro_rules! numbers {
     };
 }
 
-/// Every number.
 pub(crate) const ALL: &[Number] = numbers! {
     mf_b, "", "stiffness factor of longitudinal friction, eq. 28", |c, _| c.tyre.tyre.friction.b;
     mf_c, "", "shape factor, eq. 28", |c, _| c.tyre.tyre.friction.c;
-    mf_d, "", "peak, eq. 28", |c, _| c.tyre.tyre.friction.d;
+    mf_d, "", "peak friction coefficient, eq. 28", |c, _| c.tyre.tyre.friction.d;
     mf_e1, "", "curvature, eq. 28", |c, _| c.tyre.tyre.friction.e1;
     mf_e2, "", "curvature of driving over braking, eq. 28", |c, _| c.tyre.tyre.friction.e2;
     ct, "", "side force per load and tangent of camber, eq. 38", |c, _| c.tyre.tyre.stiffness.ct;
     c1, "", "slip angle per camber, eq. 37, adjusted to the stiffness of eq. 39", |c, _| c.tyre.tyre.stiffness.c1;
     c3, "1/rad2", "slip angle per camber cubed, eq. 37, adjusted likewise", |c, _| c.tyre.tyre.stiffness.c3;
     side_force_ratio, "", "camber over cornering stiffness, C of eq. 13", |c, _| c.tyre.tyre.side_force_ratio;
-    twisting_stiffness, "m/rad", "k_t, eq. 16", |c, _| c.tyre.tyre.twisting_stiffness;
-    overturning_stiffness, "m", "k_x, eq. 18", |c, _| c.tyre.tyre.overturning_stiffness;
+    twisting_stiffness, "m/rad", "twisting torque coefficient k_t, eq. 16", |c, _| c.tyre.tyre.twisting_stiffness;
+    overturning_stiffness, "m", "crown radius k_x, eq. 18", |c, _| c.tyre.tyre.overturning_stiffness;
     rolling_radius, "m", "effective rolling radius under the nominal load", |c, _| c.tyre.tyre.rolling_radius;
     rolling_resistance, "", "c_rol, eq. 21", |c, _| c.tyre.tyre.rolling_resistance;
     relaxation_length, "m", "r_l, eq. 1", |c, _| c.tyre.tyre.relaxation_length;
     nominal_load, "N", "load at rest: what depends on load is relative to it", |c, _| c.tyre.nominal_load;
-    slip_stiffness_load, "", "gain of slip stiffness per load with the nominal load once more", |c, _| c.tyre.slip_stiffness_load;
+    slip_stiffness_load, "", "load sensitivity: gain of slip stiffness per load with the nominal load once more", |c, _| c.tyre.slip_stiffness_load;
     vertical_stiffness, "N/m", "K_z, eq. 12", |c, _| c.tyre.tyre.vertical_stiffness;
     camber_force_decay, "", "eq. 15", |c, _| c.tyre.tyre.camber_force_decay;
     camber_moment_decay, "", "eq. 17", |c, _| c.tyre.tyre.camber_moment_decay;

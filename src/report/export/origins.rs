@@ -11,10 +11,10 @@ use super::tyre::Characterised;
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::statistics::number_format::short;
 
-/// What is said of a number that the ride did not give, nor the bike file.
+/// Text about a number that the ride did not give, nor the bike file.
 pub(crate) const STAND_IN: &str = "NOT AVAILABLE from this ride: a stand-in";
 
-/// What follows from the numbers and has no place of its own in a file, with its unit.
+/// Quantities that follow from the numbers and has no place of its own in a file, with its unit.
 const FOLLOWS: [(C, &str); 3] = [
     (C::CorneringStiffness0, " 1/rad"),
     (C::CamberStiffness0, " 1/rad"),
@@ -72,7 +72,7 @@ pub(crate) fn of(fitted: &Fitted, c: &Characterised, name: &str) -> Option<Strin
     })
 }
 
-/// What a file says of the numbers that its forces are made of, one line each, and of what was ridden.
+/// Lines of a file about the numbers that its forces are made of, one line each, and of what was ridden.
 pub(crate) fn lines(fitted: &Fitted, c: &Characterised) -> Vec<String> {
     let (axle, ends) = (c.axle.name(), Ends::of(c));
     let says = |name: &str, value: f64, unit: &str, from: &str| {
@@ -98,7 +98,7 @@ pub(crate) fn following(fitted: &Fitted, c: &Characterised) -> Vec<String> {
     FOLLOWS.into_iter().filter_map(line).collect()
 }
 
-/// What was ridden of a tyre: each by itself, not all of them at once.
+/// Ridden ranges of a tyre: each by itself, not all of them at once.
 pub(crate) fn ridden(c: &Characterised) -> String {
     let r = &c.ranges;
     let of = |name: &str, range: Option<[f64; 2]>, unit: &str| match range {

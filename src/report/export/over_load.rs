@@ -11,7 +11,7 @@ use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::tyre::paper::slip_stiffness_under;
 
-/// What changes with load, each over its value under the load at rest.
+/// Quantities that change with load, each over its value under the load at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OverLoad {
     /// Friction at the nominal load, and what it gains with the nominal load once more.
@@ -26,7 +26,6 @@ pub(crate) struct OverLoad {
 }
 
 impl OverLoad {
-    /// Of a tyre.
     pub(crate) fn of(c: &Characterised) -> Self {
         let rest = c.tyre.nominal_load;
         let extra = |dfz: f64| c.load() * (1.0 + dfz) / rest - 1.0;
@@ -54,7 +53,7 @@ impl OverLoad {
         }
     }
 
-    /// What the side force per load gains with the nominal load once more, over that at the nominal load.
+    /// Relative gain of the side force per load when the load rises by the nominal load.
     pub(crate) fn side_force_gain(&self) -> f64 {
         self.side_force[1] / self.side_force[0]
     }

@@ -19,7 +19,6 @@ const COUNTS: f64 = 0.5;
 /// Least and largest of what was ridden; none where the ride has no such samples.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Ranges {
-    /// Slip ratio.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip_ratio: Option<[f64; 2]>,
     /// Slip angle, rad.

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! PCX1 = c   PDX1 = d   PKX1 = b c d   PKX2 = slip_stiffness_load PKX1   PEX1 = e1   PEX4 = -e2 / e1
-//! PDX2, PKX3: friction over load   PKY2, PKY7, PDY2: side force per load over load, where a diagnosis named them
+//! PDX2, PKX3: friction over load   PKY2, PKY7, PDY2: side force per load over load, where a diagnosis identified them
 //! PKY1 = -k_alpha0 / sin(2 atan(1 / PKY2)), PKY2 = 20, PKY4 = 2   (stiffness ~ load)
 //! PKY6 = -k_gamma0   QSX2 = k_x / R0   QDZ1 = t_p0 / R0   QDZ8 = -k_t / R0   QSY1 = c_rol
 //! LATERAL_STIFFNESS = k_alpha0 Fz0 / r_l                          (relaxation length)

@@ -1,6 +1,6 @@
 //! Coefficients of a Magic Formula shaped to the characterised tyre.
 //!
-//! By least squares over what was ridden, then by fourth powers, which spreads what is left evenly. Beyond what was
+//! By least squares over what was ridden, then by fourth powers, which spreads the residual evenly. Beyond what was
 //! ridden the wish is the estimated tyre up to its peak friction and that peak from there on, with a weight
 //! ([`Shape::beyond`]) that decides the shape there and costs little within. Tyre and form are the same on both sides,
 //! so that points that lean to one are enough.
@@ -18,15 +18,13 @@ pub(crate) type Apply<S> = fn(&mut S, &[f64]);
 /// A force of a set by itself, and that of a tyre.
 pub(crate) type Force<S> = (fn(&S, &Input) -> f64, fn(&Output) -> f64);
 
-/// What is shaped, and within which bounds.
+/// Shaped parameters and their bounds.
 pub(crate) struct Shape<'a, S> {
-    /// Which force.
     pub force: Force<S>,
     /// Road friction at which the set is asked, where it is not that of the ride.
     pub friction: Option<f64>,
     /// Where the parameters go.
     pub apply: Apply<S>,
-    /// Of each parameter.
     pub bounds: &'a [(f64, f64)],
     /// From where the search begins.
     pub starts: &'a [Vec<f64>],
@@ -37,7 +35,7 @@ pub(crate) struct Shape<'a, S> {
 }
 
 impl<S> Shape<'_, S> {
-    /// What the set is asked for an input of the tyre.
+    /// Wanted output of the set for an input of the tyre.
     fn of_set(&self, input: &Input) -> Input {
         Input { friction: self.friction.unwrap_or(input.friction), ..*input }
     }

@@ -17,22 +17,20 @@ use crate::tyre::tyre_model::TyreModel;
 /// One tyre of one session, ready to be evaluated.
 #[derive(Debug, Clone)]
 pub struct Characterised {
-    /// Which.
     pub axle: Axle,
     /// The tyre without what its formulas leave out, its nominal load that at rest; what the ride did not give is a
     /// stand-in, see the flags.
     pub tyre: Custom,
-    /// What its formulas leave out.
+    /// Effects that its formulas leave out.
     pub error: ModelError,
     /// Its width over the front tyre's.
     pub crown: f64,
-    /// What a diagnosis named in the session, this tyre's and else.
+    /// Identified causes of the session, this tyre's and others.
     pub named: Vec<Named>,
     /// Friction of the braked samples over that under the load at rest: that of the friction over load.
     pub braked_friction: f64,
     /// Nominal load of a file, N.
     nominal: f64,
-    /// The whole tyre.
     whole: Box<dyn TyreModel>,
     /// The same without a friction circle.
     free: Box<dyn TyreModel>,
@@ -50,9 +48,8 @@ pub struct Characterised {
     pub vertical_from: &'static str,
     /// See [`Characterised::vertical_from`].
     pub rolling_from: &'static str,
-    /// What was done to the slip over camber; nothing where the lateral stiffnesses were not ridden.
+    /// Adjustment of the slip over camber; nothing where the lateral stiffnesses were not ridden.
     pub adjusted: Option<Adjusted>,
-    /// What was ridden.
     pub ranges: Ranges,
     /// Loads that were ridden, N.
     pub loads: [f64; 2],
@@ -60,7 +57,7 @@ pub struct Characterised {
     pub braked_loads: Option<[f64; 2]>,
 }
 
-/// What an export takes beside the tables.
+/// Settings of an export.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting<'a> {
     /// The bike file, for dimensions and static load.
@@ -69,7 +66,7 @@ pub struct Setting<'a> {
     pub load: Option<f64>,
     /// Road friction of the ride.
     pub friction: f64,
-    /// What a diagnosis named in the session.
+    /// Identified causes of the session.
     pub named: &'a [Named],
 }
 
@@ -224,17 +221,17 @@ impl Characterised {
         effects::noted(note, &self.named, self.axle, effect)
     }
 
-    /// What a file says of the effects; `left_out` are those that its form has no place for.
+    /// Lines of a file about the effects; `left_out` are those that its form has no place for.
     pub fn effects(&self, left_out: &[&str]) -> Vec<String> {
         effects::lines(&self.named, &[self.axle], left_out)
     }
 
-    /// What a file says of the slip over camber; nothing where it is not adjusted.
+    /// Lines of a file about the slip over camber; nothing where it is not adjusted.
     pub(crate) fn adjustment(&self) -> Vec<String> {
         self.adjusted.map_or(Vec::new(), |adjusted| adjusted.lines(self.axle.name()))
     }
 
-    /// What a file says of the share of the deflection by which the tyre rolls shorter.
+    /// Lines of a file about the share of the deflection by which the tyre rolls shorter.
     pub(crate) fn share_line(&self) -> String {
         let (axle, share) = (self.axle.name(), short(self.tyre.deflection_share));
         format!("{axle}: deflection_share {share} ({})", self.share_from)
@@ -265,7 +262,7 @@ impl Characterised {
         self.free.forces(input)
     }
 
-    /// What a property file should answer: the tyre's, and of the side force alone the one without the friction circle.
+    /// Wanted response of a property file: the tyre's, and of the side force alone the one without the friction circle.
     pub fn wanted(&self, input: &Input) -> Output {
         if input.slip_ratio == 0.0 { self.free_forces(input) } else { self.forces(input) }
     }
@@ -288,7 +285,7 @@ fn ridden_side(tyre: &Tyre, ranges: &Ranges) -> f64 {
     (tyre.stiffness.ct * camber.tan()).abs()
 }
 
-/// What a file of some tyres of one session says of the effects; `left_out` are those that its form has no place for.
+/// Lines of a file of some tyres about the effects; `left_out` are those that its form has no place for.
 pub(crate) fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
     let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
     tyres.first().map_or(Vec::new(), |c| effects::lines(&c.named, &axles, left_out))

@@ -32,7 +32,6 @@ const RISES: f64 = 0.9;
 /// Where a file may be used, and how far the estimated tyre is linear in the slip angle there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Validity {
-    /// The ranges.
     pub ends: Ends,
     /// Slip angle at which the upright estimated tyre's side force reaches [`Validity::peak`], rad: beyond it the
     /// file has its own peak.
@@ -45,7 +44,6 @@ pub(crate) struct Validity {
 const ABOVE_RIDDEN: f64 = 1.15;
 
 impl Validity {
-    /// Of a tyre.
     pub(crate) fn of(c: &Characterised) -> Self {
         let ridden = Ends::of(c);
         let t = &c.tyre.tyre;

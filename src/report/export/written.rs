@@ -14,7 +14,7 @@ use crate::simulate::effects::tyre_file::CROWN;
 use crate::simulate::effects::{ALL, Effect};
 use crate::statistics::number_format::short;
 
-/// What is written, for whom.
+/// File format and its readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Magic Formula property file.
@@ -47,9 +47,9 @@ pub enum Set {
 /// Which tyre of a motorcycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tyre {
-    /// The front one.
+    /// Front tyre.
     Front,
-    /// The rear one.
+    /// Rear tyre.
     Rear,
 }
 
@@ -73,7 +73,7 @@ impl Set {
 }
 
 impl Tyre {
-    /// Both by name.
+    /// Tyres by their names on the command line.
     pub const NAMES: &'static [(&'static str, Tyre)] =
         &[("front", Tyre::Front), ("rear", Tyre::Rear)];
 }
@@ -87,7 +87,7 @@ impl From<Tyre> for Axle {
     }
 }
 
-/// What is asked for.
+/// Requested export.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// The folder that `roadbench run --out` wrote.
@@ -96,7 +96,7 @@ pub struct Request<'a> {
     pub session: &'a str,
     /// Its bike, where two bikes have a session of that name.
     pub bike: Option<&'a str>,
-    /// What is written.
+    /// File format.
     pub format: Format,
     /// One tyre, or both.
     pub tyre: Option<Tyre>,
@@ -108,7 +108,7 @@ pub struct Request<'a> {
     pub friction: f64,
     /// Nominal load of a file instead of the bike's static one, N.
     pub load: Option<f64>,
-    /// What a diagnosis named.
+    /// Identified causes of the diagnosis.
     pub models: Option<&'a Models>,
 }
 
@@ -121,7 +121,7 @@ impl Request<'_> {
 /// Beyond this share of the peak a property file is not the tyre it was made of.
 const FAITHFUL: f64 = 0.02;
 
-/// What a format is written as.
+/// Form of a written file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Written {
     /// Text in UTF-8.
@@ -131,7 +131,7 @@ pub enum Written {
 }
 
 impl Written {
-    /// The file's bytes.
+    /// Content of the file.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Written::Text(text) => text.as_bytes(),

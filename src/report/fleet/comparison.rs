@@ -13,7 +13,7 @@ use crate::store::tables::rows::FleetRow;
 /// One coefficient over the bikes.
 #[derive(Debug, Serialize)]
 pub(crate) struct Compared {
-    /// What the coefficient is called.
+    /// Name of the coefficient.
     pub label: String,
     /// Name in the tables.
     pub name: String,
@@ -32,7 +32,7 @@ pub(crate) struct Compared {
 /// Bikes up to which every comparison is unfolded and has lines of each.
 pub(crate) const ALL: usize = 12;
 /// Of more bikes so many have.
-const MOST: usize = 8;
+const MAX_BIKES: usize = 8;
 
 /// One bike, or one of its tyre models.
 #[derive(Debug, Default, Serialize)]
@@ -175,7 +175,7 @@ fn notable<'a, 'b>(parts: &'b [(&'a FleetRow, ByModel)]) -> Vec<&'b (&'a FleetRo
         let (a, b) = (rank(parts[*a].0), rank(parts[*b].0));
         b.0.cmp(&a.0).then(b.1.total_cmp(&a.1))
     });
-    places.truncate(MOST);
+    places.truncate(MAX_BIKES);
     places.sort_unstable();
     places.into_iter().map(|i| &parts[i]).collect()
 }

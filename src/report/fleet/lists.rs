@@ -6,7 +6,7 @@ use crate::report::fleet::what_changed::motorcycle::Motorcycle;
 use crate::report::list::{self, Cell, List, Part, column, number};
 use crate::statistics::number_format::fixed;
 
-/// What changed on every motorcycle, the surest first.
+/// Changes on every motorcycle, the surest first.
 pub(crate) fn changes(motorcycles: &[Motorcycle]) -> List {
     let mut rows: Vec<(f64, Vec<Cell>)> = Vec::new();
     for motorcycle in motorcycles {

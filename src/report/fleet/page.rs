@@ -13,16 +13,13 @@ use crate::store::tables::rows::EventRow;
 /// File name of the page.
 pub(crate) const PAGE: &str = "fleet.html";
 
-/// The fleet's page.
 #[derive(Debug)]
 pub(crate) struct Page {
-    /// Number of bikes.
     pub bikes: usize,
     /// The line that sums it up.
     pub verdict: String,
-    /// The second line.
     pub sub: String,
-    /// What happened, the surest first.
+    /// Events, the surest first.
     pub events: Vec<Event>,
     /// Comparisons by tyre.
     pub tyres: Vec<(String, Vec<Compared>)>,

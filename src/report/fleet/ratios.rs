@@ -10,7 +10,6 @@ use crate::store::tables::rows::{FleetRow, RatioRow, Status};
 /// Tyres without a ratio that are listed; of more only the number is given.
 const NAMED: usize = 10;
 
-/// One tyre's ratio.
 #[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
 pub(crate) struct Ratio {

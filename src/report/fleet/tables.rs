@@ -56,13 +56,11 @@ pub(crate) struct SessionEstimate {
     pub session: u32,
     /// Whether its status is `ok`.
     pub determined: bool,
-    /// Its own estimate.
     pub value: f32,
     /// Standard error of that.
     pub error: f32,
     /// Ends of its own 95 % interval; NaN where there are none.
     pub ends: [f32; 2],
-    /// The pooled estimate.
     pub pooled: f32,
     /// Lower end of the pooled estimate's 95 % interval.
     pub low: f32,

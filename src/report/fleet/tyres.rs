@@ -22,7 +22,6 @@ const SHOWN: [C; 5] = [
 /// Of the variance of an estimate, what all rides share limits it from here on.
 const SHARED: f64 = 0.5;
 
-/// Both tables.
 #[derive(Debug, Default)]
 pub(crate) struct Tyres {
     /// Rows of `tyres` that are shown: tyre models first, then bike by bike.

@@ -13,10 +13,8 @@ const COARSER: f64 = 0.85;
 /// Samples that the range of a cloud is taken of.
 const SAMPLES_OF_RANGE: usize = 4096;
 
-/// One kept sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Kept {
-    /// Its index.
     pub place: usize,
     /// Samples it stands for, itself included.
     pub n: usize,

@@ -38,7 +38,6 @@ const FORCE_Y: [Plot; 2] =
 const LOAD: [Plot; 2] =
     front_and_rear!("measured_load", "Load, estimated against measured", FORCES, OF_FORCE);
 
-/// Every one.
 pub(crate) const PLOTS: [Plot; 8] = [
     beside(SLIP_ANGLE[0]),
     beside(SLIP_ANGLE[1]),

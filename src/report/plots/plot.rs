@@ -35,7 +35,6 @@ impl Axis {
 pub struct Series {
     /// Name in the table.
     pub name: &'static str,
-    /// In the legend.
     pub label: &'static str,
 }
 
@@ -60,16 +59,12 @@ pub enum Section {
     Residual,
 }
 
-/// One plot.
 #[derive(Debug, Clone, Copy)]
 pub struct Plot {
     /// Name in the table; the plot of a tyre ends in `_front` or `_rear`.
     pub name: &'static str,
-    /// Heading.
     pub title: &'static str,
-    /// Abscissa.
     pub x: Axis,
-    /// Ordinate.
     pub y: Axis,
     /// Sentence on the content of the drawing.
     pub caption: &'static str,

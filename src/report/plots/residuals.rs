@@ -83,7 +83,7 @@ struct Residuals<'a> {
     weights: &'a [f64],
     /// Index of each sample's manoeuvre.
     clusters: &'a [usize],
-    /// s.
+    /// Time, s.
     time: &'a [f64],
 }
 

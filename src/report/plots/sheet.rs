@@ -186,7 +186,7 @@ fn single(value: f64) -> f64 {
 /// Parts of its range that a series is rounded to: an eighth of a pixel of a page that is a thousand high.
 const PARTS: f64 = 8192.0;
 
-/// A power of two, so that the digits behind it are zeros in memory too; 0 where the values are all one.
+/// A power of two, so that the digits after it are zeros in memory too; 0 where the values are all one.
 fn quantum(values: impl Iterator<Item = Option<f64>>) -> f64 {
     let (low, high) =
         values.flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

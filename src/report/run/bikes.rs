@@ -19,7 +19,6 @@ use crate::store::tables::rows::{Coefficient, FleetRow, Status, TyreRow};
 pub(crate) struct BikePart {
     /// Id of the bike, as in the tables.
     pub bike_id: String,
-    /// How many sessions.
     pub sessions: usize,
     /// How long and how far they were.
     pub ridden: String,
@@ -38,11 +37,10 @@ pub(crate) struct TyrePart {
     pub title: String,
     /// Tyre models ridden.
     pub models: String,
-    /// What people ask of it first.
+    /// Main numbers of it.
     pub main: Vec<Main>,
     /// Small curves of what is determined, as SVG.
     pub curves: Vec<String>,
-    /// Its coefficients.
     pub rows: Vec<Overview>,
 }
 
@@ -51,7 +49,6 @@ pub(crate) struct TyrePart {
 pub(crate) struct Main {
     /// In a person's words.
     pub label: &'static str,
-    /// What they mean.
     pub explained: &'static str,
     /// With its unit; empty where no ride determines it.
     pub value: String,
@@ -176,7 +173,7 @@ fn curves(tyre: &TyrePart, bike_id: &str, tables: &RunTables, over_all: &[Pooled
     friction.into_iter().chain(side.flatten()).collect()
 }
 
-/// What people ask of a tyre, as far as its sessions have rows of it; the vehicle has none.
+/// Main numbers of a tyre, as far as its sessions have rows of it; the vehicle has none.
 fn main(rows: &[Overview], pooled: &[&TyreRow]) -> Vec<Main> {
     let of = |(coefficient, label): (C, &'static str)| {
         let row = rows.iter().find(|r| r.name == coefficient.name())?;

@@ -5,7 +5,6 @@ use crate::report::list::{self, Cell, List, Part, column, number};
 use crate::report::run::page::Entry;
 use crate::store::tables::rows::Rejected;
 
-/// The sessions.
 pub(crate) fn sessions(entries: &[Entry]) -> List {
     List {
         label: "Sessions",
@@ -44,7 +43,6 @@ pub(crate) fn sessions(entries: &[Entry]) -> List {
     }
 }
 
-/// The diagnosed sessions.
 pub(crate) fn diagnoses(entries: &[outcome::Entry]) -> List {
     List {
         label: "Diagnoses",
@@ -76,7 +74,7 @@ pub(crate) fn diagnoses(entries: &[outcome::Entry]) -> List {
     }
 }
 
-/// What was named, each with its size and with what it could be instead; the reason; the gain.
+/// Identified causes, each with its size and alternatives; the reason; the gain.
 fn cause(d: &outcome::Entry) -> Cell {
     let mut lines: Vec<(&'static str, Vec<Part>)> = Vec::new();
     for finding in &d.findings {
@@ -96,7 +94,6 @@ fn cause(d: &outcome::Entry) -> Cell {
     Cell::Lines { lines }
 }
 
-/// The rejected inputs.
 pub(crate) fn rejected(rows: &[Rejected]) -> List {
     let why = |r: &Rejected| vec![Part::new("", &r.message), Part::new("code", &r.code)];
     List {

@@ -16,7 +16,7 @@ const SHOWN: [(Part, Coefficient, &str); 4] = [
 /// Robust standard deviations from the other bikes from which on it is worth a word.
 const FAR: f64 = 3.0;
 
-/// What there is to say of a bike.
+/// Remarks about a bike.
 struct Notable<'a> {
     part: &'a BikePart,
     page: &'a str,

@@ -11,14 +11,13 @@ use crate::report::tables::RunTables;
 use crate::statistics::number_format;
 use crate::store::tables::rows::{FleetRow, Rejected, Status, TyreParameters, TyreRow, WarningRow};
 
-/// The run's page.
 #[derive(Debug)]
 pub(crate) struct Page {
     /// Number of inputs, used and rejected.
     pub inputs: usize,
     /// The line that sums it up.
     pub verdict: String,
-    /// What the tyres of all sessions have, and what is missing, in sentences.
+    /// Results of the tyres of all sessions, and missing ones, in sentences.
     pub answer: Vec<String>,
     /// Sum of durations and distances.
     pub ridden: String,
@@ -30,9 +29,7 @@ pub(crate) struct Page {
     pub fleet: Option<usize>,
     /// Whether there is a page of the tyre explorer.
     pub explorer: bool,
-    /// Each diagnosed session.
     pub diagnoses: Vec<diagnosis::outcome::Entry>,
-    /// Each rejected input.
     pub rejected: Vec<Rejected>,
     /// Warnings by code: stage, code, sessions, occurrences, one message.
     pub warnings: Vec<(String, String, usize, i64, String)>,
@@ -52,7 +49,6 @@ pub(crate) struct Entry {
     pub bike_id: String,
     pub start: String,
     pub duration: String,
-    /// In seconds.
     pub seconds: f64,
     pub distance: String,
     pub determined: usize,

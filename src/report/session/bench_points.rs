@@ -28,13 +28,12 @@ const NO_CAMBER: f64 = 0.0175;
 /// So far beyond a chart's samples, over their extent, points are drawn.
 const BEYOND: f64 = 1.0;
 /// Most points of a cloud.
-const MOST: usize = 2000;
+const MAX_POINTS: usize = 2000;
 
 /// Points of both tyres.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(crate) struct BenchPoints {
     tyres: [Vec<Point>; 2],
-    /// The files' bytes.
     pub text: String,
 }
 
@@ -131,7 +130,7 @@ fn draw(chart: &mut Chart, plot: &Plot, label: &str, points: Vec<(f64, f64)>) {
     }
     let mut cloud =
         Cloud { name: "bench".into(), label: label.into(), r: Some(3.0), ..Cloud::default() };
-    for (x, y) in near.iter().step_by(near.len().div_ceil(MOST)) {
+    for (x, y) in near.iter().step_by(near.len().div_ceil(MAX_POINTS)) {
         cloud.x.push(*x);
         cloud.y.push(*y);
         cloud.w.push(1.0);

@@ -27,7 +27,7 @@ use crate::tyre::tydex::Point;
 /// File name in the output folder.
 pub(crate) const FILE: &str = "bench.csv";
 
-/// What a bench measured.
+/// Measurements of a bench.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(crate) struct BenchValues {
     values: Vec<Value>,
@@ -145,7 +145,7 @@ impl BenchValues {
         })
     }
 
-    /// What the bench says beside an estimate: its value, and how far the estimate is from it.
+    /// Bench value beside an estimate: its value, and how far the estimate is from it.
     pub(crate) fn beside(
         &self,
         bike: &str,

@@ -10,14 +10,12 @@ use crate::report::{inline_svg, labels, next_ride};
 use crate::statistics::number_format::typeset;
 use crate::store::tables::rows::{Coefficient, SessionRow, Status};
 
-/// One tyre.
 #[derive(Debug, Serialize)]
 pub(crate) struct Card {
-    /// Which.
     pub title: String,
     /// Its model, where the session says it.
     pub model: String,
-    /// What is asked of it.
+    /// Main numbers of it.
     pub rows: Vec<Main>,
 }
 
@@ -26,7 +24,6 @@ pub(crate) struct Card {
 pub(crate) struct Main {
     /// In a person's words.
     pub label: &'static str,
-    /// What they mean.
     pub explained: &'static str,
     /// With its unit; empty where the ride does not determine it.
     pub value: String,
@@ -34,7 +31,7 @@ pub(crate) struct Main {
     pub interval: String,
     /// The same, drawn.
     pub bar: String,
-    /// What is wrong with it, and what to ride; of a lower bound what to ride for the value.
+    /// Error in it, and what to ride; of a lower bound what to ride for the value.
     pub note: String,
 }
 

@@ -8,7 +8,7 @@ use crate::segment::manoeuvre::{Declaration, ManoeuvreKind, Peak};
 use crate::statistics::number_format::{self, fixed, typeset};
 use crate::store::tables::rows::{ForceRow, Manoeuvre};
 
-/// What several segments of one kind come to, for one rider and force.
+/// Sum over several segments of one kind, for one rider and force.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sum {
     /// Name of the rider model, as in the table.
@@ -26,7 +26,6 @@ pub(crate) struct Sum {
 pub(crate) struct Force {
     /// Kind of segment.
     pub kind: String,
-    /// How many segments.
     pub segments: usize,
     /// Name in the table.
     pub force: String,
@@ -119,9 +118,8 @@ pub(crate) struct Table {
 /// Rows of one kind of segment.
 #[derive(Debug, Serialize)]
 pub(crate) struct KindRows {
-    /// What the kind is called.
+    /// Name of the kind.
     pub label: String,
-    /// How many segments.
     pub segments: usize,
     /// One per force, in the order of the table.
     pub rows: Vec<Row>,
@@ -212,7 +210,7 @@ pub(crate) fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
     out
 }
 
-/// How many flights, how long.
+/// Number and duration of the flights.
 fn flown(flights: &[&Manoeuvre]) -> Option<String> {
     let times = || flights.iter().filter_map(|m| m.flight_time);
     let (least, most) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
@@ -226,7 +224,7 @@ fn flown(flights: &[&Manoeuvre]) -> Option<String> {
 /// Load of a landing, N.
 type Landing = fn(&Manoeuvre) -> Option<f64>;
 
-/// What is asked of an off-road ride first: the largest load of each wheel by the first rider model, where and when, and the
+/// Main numbers of an off-road ride: the largest load of each wheel by the first rider model, where and when, and the
 /// flights.
 pub(crate) fn answer(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> Option<String> {
     let first = rows.first()?;

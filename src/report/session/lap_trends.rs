@@ -12,9 +12,8 @@ const PERCENT: f64 = 100.0;
 /// The tyres over the laps.
 #[derive(Debug, Serialize)]
 pub(crate) struct Trends {
-    /// What changed, in words.
+    /// Changes, in words.
     pub verdict: String,
-    /// Every coefficient.
     pub rows: Vec<Line>,
 }
 
@@ -37,7 +36,7 @@ fn share(x: f64, digits: usize) -> String {
     typeset(&format!("{sign}{}", fixed(PERCENT * x, digits)))
 }
 
-/// Digits behind the point that a change needs: two of its interval's half width.
+/// Decimals of a change: two digits of its interval's half width.
 fn digits(row: &LapTrendRow) -> usize {
     let half = 0.5 * PERCENT * (row.change_high - row.change_low).abs();
     (1.0 - half.log10().floor()).clamp(0.0, 4.0) as usize
@@ -55,7 +54,7 @@ fn said(row: &LapTrendRow) -> String {
     )
 }
 
-/// What changed over the laps, in a sentence; `None` where the session has no trends.
+/// Changes over the laps, in a sentence; `None` where the session has no trends.
 pub(crate) fn sentence(rows: &[LapTrendRow]) -> Option<String> {
     let laps = count(usize::try_from(rows.first()?.n_laps).unwrap_or_default(), "lap");
     let found: Vec<String> = rows.iter().filter(|r| r.verdict != "none").map(said).collect();

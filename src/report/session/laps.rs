@@ -20,21 +20,19 @@ const MARKERS: &str = "markers";
 pub(crate) struct Laps {
     /// How many, and the best.
     pub verdict: String,
-    /// What the tyres had left, and where.
+    /// Remaining grip of the tyres, and where.
     pub grip: String,
-    /// What friction used is a share of.
+    /// Reference of the used friction.
     pub basis: String,
     /// Where the line came from.
     pub line: String,
     /// The logger's markers against position; empty where the times are by position.
     pub markers: String,
-    /// What the tyres did over the laps; none where there are too few.
+    /// Trends of the tyres over the laps; none where there are too few.
     pub trends: Option<Trends>,
     /// Whether there are places to draw.
     pub mapped: bool,
-    /// Every lap.
     pub rows: Vec<Line>,
-    /// Every corner.
     pub corners: Vec<Corner>,
     /// Whether the fastest lap of a section is not always the best lap.
     pub ideal: String,
@@ -288,7 +286,7 @@ fn corner(c: &LapCornerRow, all: &[LapCornerRow], available: Option<f64>) -> Cor
     }
 }
 
-/// What the page draws of the laps.
+/// Figure of the laps.
 #[derive(Debug, Serialize)]
 pub(crate) struct Figure {
     /// Stations, m.
@@ -323,7 +321,7 @@ struct Trace {
     /// Behind the best lap, s.
     #[serde(serialize_with = "pack::plain")]
     d: Vec<f64>,
-    /// km/h.
+    /// V, km/h.
     #[serde(serialize_with = "pack::gaps")]
     v: Vec<Option<f64>>,
     /// Lean, degrees.

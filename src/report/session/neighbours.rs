@@ -7,9 +7,7 @@ use crate::store::tables::rows::SessionRow;
 /// The page of another ride of the same motorcycle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Neighbour {
-    /// Its file.
     pub page: String,
-    /// Its session.
     pub id: String,
 }
 

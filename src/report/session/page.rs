@@ -25,19 +25,19 @@ pub(crate) struct Page {
     pub bike_id: String,
     /// Which numbers of the tyres it determines, in a sentence.
     pub answer: String,
-    /// What to ride for those that are missing, in sentences.
+    /// Riding advice for those that are missing, in sentences.
     pub advice: Vec<String>,
-    /// What is odd about single manoeuvres, in sentences, with the manoeuvre; the first few.
+    /// Oddities of single manoeuvres, in sentences, with the manoeuvre; the first few.
     pub odd: Vec<(String, Option<i64>)>,
-    /// How many more are in the list of warnings.
+    /// Number of further ones in the list of warnings.
     pub more_odd: usize,
-    /// How many coefficients have which status.
+    /// Numbers of coefficients by status.
     pub verdict: String,
     /// The second line: manoeuvres and warnings.
     pub ridden: String,
-    /// What people ask of each tyre.
+    /// Main numbers of each tyre.
     pub cards: Vec<Card>,
-    /// How many are neither determined nor assumed.
+    /// Number of those neither determined nor assumed.
     pub lacking: usize,
     /// Label and value of what is known of the session.
     pub facts: Vec<(String, String)>,
@@ -45,7 +45,7 @@ pub(crate) struct Page {
     pub channels: Vec<String>,
     /// Coefficients per tyre.
     pub tyres: Vec<Tyre>,
-    /// What could not be estimated, by the riding that would supply it.
+    /// Missing coefficients, by the riding that would supply it.
     pub missing: Vec<Missing>,
     /// Coefficients that are not from the ride, and what they are from.
     pub assumed: Vec<String>,
@@ -61,23 +61,20 @@ pub(crate) struct Page {
     pub provenance: Vec<(String, String)>,
 }
 
-/// One tyre's coefficients.
 #[derive(Debug, Serialize)]
 pub(crate) struct Tyre {
     /// `front`, `rear` or `vehicle`.
     pub name: String,
     /// Heading over the tyre's coefficients.
     pub title: String,
-    /// Its coefficients.
     pub rows: Vec<Row>,
 }
 
-/// One coefficient.
 #[derive(Debug, Serialize)]
 pub(crate) struct Row {
     /// Name in the tables.
     pub name: String,
-    /// What the coefficient is called.
+    /// Name of the coefficient.
     pub label: String,
     /// Symbol in the paper.
     pub symbol: String,
@@ -103,9 +100,8 @@ pub(crate) struct Row {
     pub status_label: &'static str,
     /// A sign for the status, which differs without colour.
     pub sign: &'static str,
-    /// Why not determined.
     pub reason: String,
-    /// What a tyre bench says; empty where none was given.
+    /// Text of a tyre bench; empty where none was given.
     pub bench: String,
     #[serde(skip)]
     estimate: Option<f64>,

@@ -14,24 +14,20 @@ use crate::store::tables::rows::{
 pub(crate) const TABLES: &[&str] =
     &["sessions", "coefficients", "warnings", "laps", "lap_trends", "forces", "manoeuvres"];
 
-/// What is said of a session, as the tables have it.
+/// Text about a session, as the tables have it.
 #[derive(Debug)]
 pub(crate) struct Printed<'a> {
-    /// The session.
     pub session: &'a SessionRow,
-    /// Its coefficients.
     pub coefficients: &'a [Coefficient],
-    /// Its warnings.
     pub warnings: &'a [WarningRow],
     /// Its laps; none off a track.
     pub laps: &'a [LapRow],
-    /// What its tyres did over the laps.
+    /// Trends of the tyres over the laps.
     pub trends: &'a [LapTrendRow],
-    /// What the bike file lacks, as sentences; no table has them.
+    /// Missing keys of the bike file, as sentences; no table has them.
     pub costs: &'a [String],
     /// Its forces off the road.
     pub forces: &'a [ForceRow],
-    /// Its manoeuvres.
     pub manoeuvres: &'a [Manoeuvre],
 }
 
@@ -50,11 +46,8 @@ impl Printed<'_> {
 /// The rows of one session, read back.
 #[derive(Debug)]
 pub(crate) struct Stored {
-    /// The session.
     pub session: SessionRow,
-    /// Its coefficients.
     pub coefficients: Vec<Coefficient>,
-    /// Its warnings.
     pub warnings: Vec<WarningRow>,
     laps: Vec<LapRow>,
     trends: Vec<LapTrendRow>,
@@ -81,7 +74,6 @@ impl Stored {
         })
     }
 
-    /// What is said of it.
     pub(crate) fn printed(&self) -> Printed<'_> {
         Printed {
             session: &self.session,

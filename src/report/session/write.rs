@@ -35,7 +35,7 @@ pub(crate) struct Writer<'a> {
     pub(crate) source: Source,
     /// Of which kind an existing page may be that is up to date and so stays; none is to stay.
     pub(crate) kept: Option<Pages>,
-    /// What each session's page leads to.
+    /// Neighbours of each session's page.
     pub(crate) neighbours: &'a [Neighbours],
     /// Names of the existing pages that are as they were written.
     pub(crate) whole: &'a BTreeSet<String>,

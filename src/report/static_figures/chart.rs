@@ -148,7 +148,7 @@ fn render(panels: Vec<(Vec<Plot>, Layout)>, width: f64, height: f64) -> Scene {
     figure.render()
 }
 
-/// What is drawn of a chart.
+/// Drawing of a chart.
 fn drawn(chart: &Chart, legend: bool) -> Vec<Plot> {
     let mut plots: Vec<Plot> = chart.clouds.iter().flat_map(|c| cloud(c, legend)).collect();
     let legend = legend && (chart.lines.len() > 1 || !chart.clouds.is_empty());
@@ -218,7 +218,7 @@ fn named(label: &Label) -> String {
     }
 }
 
-/// What counts, coloured; then the outliers.
+/// Used samples, coloured; then the outliers.
 fn cloud(cloud: &Cloud, legend: bool) -> Vec<Plot> {
     let places = |outlier: bool| -> Vec<usize> {
         (0..cloud.x.len()).filter(|&i| (cloud.w[i] == 0.0) == outlier).collect()

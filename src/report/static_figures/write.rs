@@ -16,7 +16,7 @@ use crate::report::tables::{self, SessionTables};
 use crate::report::{fleet, page_names};
 use crate::store::tables::file;
 
-/// What files a figure becomes.
+/// File formats of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Lines and letters that stay sharp at any size and can be edited.

@@ -11,7 +11,7 @@ use crate::contract::session::Markers;
 /// A lap may be this much longer or shorter than the others, as a share.
 const SAME: f64 = 0.06;
 /// How near to a lap is on the track, m.
-const NEAR: f64 = 15.0;
+const ON_TRACK_M: f64 = 15.0;
 /// Share of a lap that must have been ridden a second time.
 const AGAIN: f64 = 0.5;
 /// Cosine of the angle between directions that are one.
@@ -28,7 +28,7 @@ const TIMED: f64 = 0.5;
 /// Standing longer than this, a lap was broken off, s.
 const STANDING: f64 = 3.0;
 
-/// What a stretch between crossings is.
+/// Kind of a stretch between crossings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// From the start of the log to the line.
@@ -53,14 +53,12 @@ impl Kind {
     }
 }
 
-/// One lap.
 #[derive(Debug, Clone, Copy)]
 pub struct Lap {
-    /// What it is.
     pub kind: Kind,
     /// s from the start of the log.
     pub start: f64,
-    /// s.
+    /// End, s.
     pub end: f64,
     /// Standard deviation of its duration, s; of timed laps.
     pub error: f64,
@@ -71,7 +69,7 @@ pub struct Lap {
 }
 
 impl Lap {
-    /// s.
+    /// Duration, s.
     pub fn duration(&self) -> f64 {
         self.end - self.start
     }
@@ -79,7 +77,7 @@ impl Lap {
 
 /// The laps of a ride.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct DetectedLaps {
     /// The line; of markers without positions its middle is NaN.
     pub line: Line,
     /// Whether the times are the logger's own.
@@ -97,7 +95,7 @@ pub(crate) fn find(
     markers: &Markers,
     judged: &Judged,
     config: &Config,
-) -> Option<Found> {
+) -> Option<DetectedLaps> {
     let of = |line: Line| laps(ground, line, config);
     if let Some(ends) = config.line {
         return Line::given(ground, ends, Source::Given, config).and_then(of);
@@ -113,7 +111,7 @@ pub(crate) fn find(
     if logger.is_some() {
         return logger;
     }
-    let mut best: Option<(usize, Found)> = None;
+    let mut best: Option<(usize, DetectedLaps)> = None;
     for line in Line::candidates(ground, config) {
         let Some(found) = of(line) else { continue };
         let timed = found.laps.iter().filter(|l| l.kind == Kind::Timed).count();
@@ -125,8 +123,8 @@ pub(crate) fn find(
     best.map(|(_, found)| found)
 }
 
-/// The laps from the logger's markers, each held against the time by position.
-fn by_markers(ground: &Ground, judged: &Judged, config: &Config) -> Option<Found> {
+/// The laps from the logger's markers, each compared with the time by position.
+fn by_markers(ground: &Ground, judged: &Judged, config: &Config) -> Option<DetectedLaps> {
     let nowhere = Line {
         middle: [f64::NAN; 2],
         along: [f64::NAN; 2],
@@ -157,7 +155,7 @@ fn by_markers(ground: &Ground, judged: &Judged, config: &Config) -> Option<Found
 }
 
 /// The laps from a line's crossings.
-fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
+fn laps(ground: &Ground, line: Line, config: &Config) -> Option<DetectedLaps> {
     between_crossings(ground, line, &line.crossings(ground, config), config)
 }
 
@@ -166,7 +164,7 @@ fn between_crossings(
     line: Line,
     crossings: &[Crossing],
     config: &Config,
-) -> Option<Found> {
+) -> Option<DetectedLaps> {
     let (first, last) = (crossings.first()?, crossings.last()?);
     let lengths: Vec<f64> = crossings.windows(2).map(|c| c[1].ridden - c[0].ridden).collect();
     let usual = most_common(&lengths)?;
@@ -198,7 +196,7 @@ fn between_crossings(
     let best = laps.iter().enumerate().filter(timed);
     let best = best.min_by(|a, b| a.1.duration().total_cmp(&b.1.duration()))?.0;
     let track = said || is_track(ground, &laps, best, config);
-    track.then_some(Found { line, by_markers: false, laps, best })
+    track.then_some(DetectedLaps { line, by_markers: false, laps, best })
 }
 
 /// The length that most others are like, the shortest of such.
@@ -257,7 +255,7 @@ fn is_track(ground: &Ground, laps: &[Lap], best: usize, config: &Config) -> bool
         samples(from, to).filter(|&i| counts(i)).map(metres).sum()
     };
     let total = ridden(0.0, f64::MAX, &|_| true);
-    let on_lap = ridden(0.0, f64::MAX, &|i| passes(i, NEAR, 1.0));
+    let on_lap = ridden(0.0, f64::MAX, &|i| passes(i, ON_TRACK_M, 1.0));
     let back = ridden(lap.start, lap.end, &|i| passes(i, BACK, -1.0));
     on_lap > config.least_on_track * total
         && on_lap > (1.0 + AGAIN) * lap.distance

@@ -32,11 +32,11 @@ pub(crate) struct Grip {
     pub roll: Option<Vec<f64>>,
     /// Horizontal tyre force over weight.
     pub used: Vec<f64>,
-    /// What both tyres together could give.
+    /// Available friction of both tyres.
     pub available: Option<Available>,
 }
 
-/// What the tyres could give.
+/// Available friction of the tyres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Available {
     /// Horizontal force over weight.
@@ -64,12 +64,11 @@ impl Basis {
     }
 }
 
-/// What is known of the ride before its laps.
+/// Known properties of the ride before its laps.
 #[derive(Debug)]
-pub(crate) struct Known<'a> {
-    /// The machine.
+pub(crate) struct RideEstimates<'a> {
     pub bike: &'a Bike,
-    /// What the ride determined of it.
+    /// Coefficients from the ride.
     pub coefficients: &'a [Coefficient],
     /// Rolling radii, front and rear, m.
     pub radius: [f64; 2],
@@ -81,8 +80,7 @@ pub(crate) struct Known<'a> {
     pub latency: f64,
 }
 
-impl Known<'_> {
-    /// A determined coefficient.
+impl RideEstimates<'_> {
     fn value(&self, tyre: &str, coefficient: C) -> Option<f64> {
         let own = |c: &&Coefficient| {
             c.tyre == tyre && c.coefficient == coefficient.name() && c.status == Status::Ok
@@ -93,7 +91,7 @@ impl Known<'_> {
 
 impl Grip {
     /// From a ride and its positions.
-    pub(crate) fn new(session: &Session, ground: &Ground, known: &Known<'_>) -> Self {
+    pub(crate) fn new(session: &Session, ground: &Ground, known: &RideEstimates<'_>) -> Self {
         let late = (known.latency * session.rate).round().max(0.0) as usize;
         // of the same moment: what comes with the position is late
         let early = |x: &[f64]| -> Vec<f64> {
@@ -157,7 +155,7 @@ impl Grip {
     }
 }
 
-fn available(known: &Known<'_>, used: &[f64], speed: &[f64]) -> Option<Available> {
+fn available(known: &RideEstimates<'_>, used: &[f64], speed: &[f64]) -> Option<Available> {
     let peaks = ["front", "rear"].map(|tyre| known.value(tyre, C::MfD));
     if let [Some(front), Some(rear)] = peaks {
         let share = known.bike.cg_to_front / known.bike.wheelbase;
@@ -171,7 +169,7 @@ fn available(known: &Known<'_>, used: &[f64], speed: &[f64]) -> Option<Available
 }
 
 /// Crown radius, the mean of both tyres: determined, else half the width.
-fn crown(known: &Known<'_>) -> f64 {
+fn crown(known: &RideEstimates<'_>) -> f64 {
     let bike = known.bike;
     let of =
         |tyre: &str, width: f64| known.value(tyre, C::OverturningStiffness).unwrap_or(0.5 * width);

@@ -35,7 +35,7 @@ pub(crate) fn dot(a: Point, b: Point) -> f64 {
 /// The positions of a ride, by sample; NaN in gaps.
 #[derive(Debug, Clone)]
 pub struct Ground {
-    /// Hz.
+    /// Rate, Hz.
     pub rate: f64,
     /// As logged, m.
     pub raw: Vec<Point>,
@@ -84,7 +84,6 @@ impl Ground {
         [self.origin[0] + p[1] / north, self.origin[1] + p[0] / east]
     }
 
-    /// How many samples there are.
     pub fn samples(&self) -> usize {
         self.raw.len()
     }

@@ -7,7 +7,7 @@ use super::ground::{Ground, MOVING, Point, dot, minus, unit};
 const GAP: f64 = 4.0;
 /// Half the time over which the position places a crossing, s; twice and thrice that where too much is missing.
 const HALF: f64 = 1.5;
-/// How long before the fastest point the line is put, s: braking begins behind it.
+/// How long before the fastest point the line is put, s: braking begins after it.
 const BEFORE: f64 = 1.5;
 /// Places that are tried for a line.
 const PLACES: usize = 12;
@@ -21,16 +21,12 @@ const ASKEW: f64 = 0.7;
 /// Where a line came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// The settings.
     Given,
-    /// The logger's markers.
     Markers,
     /// The log's own line.
     Log,
-    /// The logger's counter.
     Logger,
-    /// The fastest part.
-    Found,
+    Detected,
 }
 
 impl Source {
@@ -41,7 +37,7 @@ impl Source {
             Source::Markers => "markers",
             Source::Log => "log",
             Source::Logger => "logger",
-            Source::Found => "found",
+            Source::Detected => "found",
         }
     }
 }
@@ -66,7 +62,7 @@ pub struct Crossing {
     pub time: f64,
     /// Its standard deviation, s.
     pub error: f64,
-    /// m/s.
+    /// Speed, m/s.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub speed: f64,
     /// Distance ridden until then, m.
@@ -245,7 +241,7 @@ impl Line {
                 middle: ground.at[at],
                 along,
                 half_width: config.half_width,
-                source: Source::Found,
+                source: Source::Detected,
             });
             if out.len() == PLACES {
                 break;

@@ -47,11 +47,10 @@ impl Fault {
 /// Markers as passages of one line.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Judged {
-    /// In order.
     pub passages: Vec<Crossing>,
     /// Across the track where most of them are; none without positions.
     pub line: Option<Line>,
-    /// What was wrong with how many, and the time of the first, s.
+    /// Kinds of faults, how many, and the time of the first, s.
     pub faults: Vec<(Fault, usize, f64)>,
 }
 
@@ -146,7 +145,7 @@ impl Judged {
         }
     }
 
-    /// What was wrong, for the table of warnings; `all` is how many markers there were.
+    /// Faults, for the table of warnings; `all` is how many markers there were.
     pub(crate) fn warnings(&self, all: usize) -> Vec<Warning> {
         let warning = |&(fault, count, time): &(Fault, usize, f64)| Warning {
             stage: "segment",

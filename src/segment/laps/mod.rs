@@ -20,8 +20,8 @@ pub(crate) mod rows;
 pub(crate) mod trace;
 
 pub(crate) use self::config::Config;
-use self::find::{Found, find};
-pub(crate) use self::grip::Known;
+use self::find::{DetectedLaps, find};
+pub(crate) use self::grip::RideEstimates;
 use self::ground::Ground;
 use self::markers::judge;
 pub(crate) use self::rows::Laps;
@@ -33,7 +33,7 @@ use crate::store::tables::rows::Ident;
 /// The laps of a session, empty where it does not go round a track, and what is wrong with the logger's markers.
 pub(crate) fn run(
     session: &Session,
-    known: &Known<'_>,
+    known: &RideEstimates<'_>,
     ident: &Ident,
     config: &Config,
 ) -> (Laps, Vec<Warning>) {
@@ -47,12 +47,12 @@ pub(crate) fn run(
 
 /// The laps alone: times and what they were found by.
 #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
-pub fn detect(session: &Session, config: &Config) -> Option<(Ground, Found)> {
+pub fn detect(session: &Session, config: &Config) -> Option<(Ground, DetectedLaps)> {
     look(session, config).0
 }
 
 /// Laps, and what is wrong with the logger's markers.
-pub fn look(session: &Session, config: &Config) -> (Option<(Ground, Found)>, Vec<Warning>) {
+pub fn look(session: &Session, config: &Config) -> (Option<(Ground, DetectedLaps)>, Vec<Warning>) {
     let ground = Ground::new(session).filter(|_| config.enabled);
     let Some(ground) = ground else { return (None, Vec::new()) };
     let markers = &session.markers;

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::corners::{corners, sections};
-use super::find::{Found, Kind, Lap};
-use super::grip::{Grip, Known};
+use super::find::{DetectedLaps, Kind, Lap};
+use super::grip::{Grip, RideEstimates};
 use super::ground::{Ground, MOVING};
 use super::trace::{Stations, Trace};
 use crate::contract::session::Session;
@@ -45,8 +45,8 @@ fn finite(x: f64) -> Option<f64> {
 pub(super) fn rows(
     session: &Session,
     ground: &Ground,
-    found: &Found,
-    known: &Known<'_>,
+    found: &DetectedLaps,
+    known: &RideEstimates<'_>,
     ident: &Ident,
 ) -> Laps {
     let grip = Grip::new(session, ground, known);
@@ -138,7 +138,7 @@ impl Along {
     }
 }
 
-fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident) -> LapRow {
+fn lap(number: usize, ground: &Ground, found: &DetectedLaps, grip: &Grip, ident: &Ident) -> LapRow {
     let lap = &found.laps[number];
     let timed = lap.kind == Kind::Timed;
     let last = ground.samples();

@@ -1,11 +1,11 @@
 //! Laps over the same places: every timed lap on the stations of the fastest.
 
-use super::find::{Found, Kind, Lap};
+use super::find::{DetectedLaps, Kind, Lap};
 use super::ground::{Ground, Point, dot, interpolated, minus, unit};
 
-/// Between stations, m, unless that were more than [`MOST`].
+/// Between stations, m, unless that were more than [`MAX_STATIONS`].
 const STEP: f64 = 5.0;
-const MOST: f64 = 1000.0;
+const MAX_STATIONS: f64 = 1000.0;
 /// A sample is looked for this far from where its distance puts it, m.
 const REACH: f64 = 60.0;
 /// Farther from the fastest lap's line it says nothing, m.
@@ -20,7 +20,6 @@ pub(crate) struct Stations {
     pub step: f64,
     /// Length of the lap, m.
     pub length: f64,
-    /// Where they are.
     pub at: Vec<Point>,
 }
 
@@ -49,7 +48,7 @@ impl Stations {
         if path.len() < 20 || length < 50.0 {
             return None;
         }
-        let count = (length / STEP).round().min(MOST);
+        let count = (length / STEP).round().min(MAX_STATIONS);
         let step = length / count;
         let mut k = 0;
         let at = (0..=count as usize)
@@ -137,8 +136,7 @@ impl Stations {
         Trace { lap: number, time }
     }
 
-    /// Every timed lap.
-    pub(crate) fn traces(&self, ground: &Ground, found: &Found) -> Vec<Trace> {
+    pub(crate) fn traces(&self, ground: &Ground, found: &DetectedLaps) -> Vec<Trace> {
         let timed = found.laps.iter().enumerate().filter(|(_, l)| l.kind == Kind::Timed);
         timed.map(|(number, lap)| self.trace(ground, number, lap)).collect()
     }

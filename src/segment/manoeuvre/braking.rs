@@ -295,7 +295,7 @@ impl Detector for Config {
         {
             Some(Reason::new(
                 ReasonCode::UnknownBrake,
-                "rear brake or engine: neither pressures nor throttle and gear tell",
+                "rear brake or engine: neither pressures nor throttle and gear show which",
             ))
         } else if claim.kind == &FRONT_BRAKING
             && engine.share > 1.0 - self.front_share

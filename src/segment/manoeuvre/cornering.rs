@@ -23,23 +23,26 @@ pub(super) static CORNERING: Declaration = Declaration {
     force_row: Some(2),
 };
 
-/// Thresholds of bends.
+/// Time about the apex that is enough of a corner which is braked into and driven out of, s: seven samples of the fit.
+const APEX: f64 = 0.5;
+
+/// Thresholds of corners.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// A lean beyond this is a bend, rad.
+    /// A lean beyond this is a corner, rad.
     pub lean: f64,
-    /// The bend ends below this, rad: riders lean that far while going straight.
+    /// The corner ends below this, rad: riders lean that far while going straight.
     pub lean_end: f64,
     /// Shortest, s.
     pub shortest: f64,
-    /// Rolling faster than this next to a bend is rolling in or out, rad/s.
+    /// Rolling faster than this next to a corner is rolling in or out, rad/s.
     pub roll_rate: f64,
     /// Steady is a roll rate below this, rad/s: the slip angles lag it by less than a degree.
     pub steady_roll_rate: f64,
     /// Uncombined is an acceleration below this, m/s²: a slip of about 1 %.
     pub uncombined_acceleration: f64,
-    /// Share of a bend that must be steady and uncombined for it to be used.
+    /// Share of a corner that must be steady and uncombined for it to be used; of steady lean alone where both last 0.5 s.
     pub least_share: f64,
 }
 
@@ -57,9 +60,9 @@ impl Default for Config {
     }
 }
 
-/// Blocks in left-hand and in right-hand bends.
+/// Blocks in left-hand and in right-hand corners.
 fn by_side(f: &Features, config: &Config) -> [Vec<bool>; 2] {
-    // each side for itself: a chicane is two bends
+    // each side for itself: a chicane is two corners
     let mut left = hysteresis(f.lean.iter().map(|l| -l), config.lean, config.lean_end);
     let mut right = hysteresis(f.lean.iter().copied(), config.lean, config.lean_end);
     let least = f.blocks(config.shortest);
@@ -68,7 +71,7 @@ fn by_side(f: &Features, config: &Config) -> [Vec<bool>; 2] {
     [left, right]
 }
 
-/// Blocks in a bend of either side.
+/// Blocks in a corner of either side.
 pub(crate) fn bends(f: &Features, config: &Config) -> Vec<bool> {
     let [left, right] = by_side(f, config);
     left.iter().zip(&right).map(|(l, r)| *l || *r).collect()
@@ -94,7 +97,8 @@ impl Detector for Config {
             |i: usize| f.acceleration[i].abs() < self.uncombined_acceleration && !braked[i];
         let (steady, uncombined) = (count(&is_steady), count(&is_uncombined));
         let both = count(&|i| is_steady(i) && is_uncombined(i));
-        let reason = if both >= self.least_share {
+        let apex = both * all / f.rate >= APEX && steady >= self.least_share;
+        let reason = if both >= self.least_share || apex {
             None
         } else if uncombined < steady {
             Some(Reason::new(
@@ -111,5 +115,37 @@ impl Detector for Config {
             ))
         };
         Verdict { quality: both * (all / f.rate / 3.0).min(1.0), reason }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks per second.
+    const RATE: f64 = 25.0;
+
+    /// Why a corner is refused; of its parts length (s), acceleration (m/s²) and roll rate (rad/s).
+    fn refused(parts: &[(f64, f64, f64)]) -> Option<ReasonCode> {
+        let mut f = Features { rate: RATE, ..Features::default() };
+        for &(seconds, acceleration, roll_rate) in parts {
+            let blocks = (seconds * RATE).round() as usize;
+            f.acceleration.extend(vec![acceleration; blocks]);
+            f.lean_rate.extend(vec![roll_rate; blocks]);
+        }
+        let n = f.acceleration.len();
+        let side = Some(Direction::Left);
+        let claim = Claim { at: 0..n, kind: &CORNERING, direction: side };
+        Config::default().judge(&f, &claim, &vec![false; n]).reason.map(|reason| reason.code)
+    }
+
+    #[test]
+    fn a_corner_that_is_braked_into_and_driven_out_of_is_used_about_its_apex() {
+        let apex = |seconds| refused(&[(2.0, -4.0, 0.2), (seconds, 0.5, 0.0), (2.4, 3.0, 0.1)]);
+        assert_eq!(apex(0.6), None);
+        assert_eq!(apex(0.4), Some(ReasonCode::Combined));
+        // as long an apex of a motorcycle that sways from side to side is none
+        let swaying = [(2.0, 0.0, 0.6), (0.6, 0.0, 0.1), (2.4, 0.0, -0.6)];
+        assert_eq!(refused(&swaying), Some(ReasonCode::NotSteady));
     }
 }

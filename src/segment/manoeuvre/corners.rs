@@ -10,12 +10,12 @@ use super::offroad::Config;
 /// The slowest point has a rise to both sides within this time, s.
 const SIGHT: f64 = 6.0;
 /// It is the slowest of its surroundings of this half width, s.
-const NEAR: f64 = 1.5;
+const SLOWEST_HALF_WIDTH_S: f64 = 1.5;
 
 /// Corners. Whoops have slowest points of their own.
 pub(super) fn corners(m: &Means, config: &Config) -> Vec<Claim> {
     let even = smooth(&m.speed, m.count(0.4));
-    let (sight, near) = (m.count(SIGHT), m.count(NEAR));
+    let (sight, near) = (m.count(SIGHT), m.count(SLOWEST_HALF_WIDTH_S));
     let highest = |x: &[f64]| x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let lowest = |x: &[f64]| x.iter().copied().fold(f64::INFINITY, f64::min);
     let mut out: Vec<Range<usize>> = Vec::new();

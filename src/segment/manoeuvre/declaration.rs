@@ -9,7 +9,6 @@ pub enum Terrain {
     Road,
     /// In rides with an off-road pipeline.
     OffRoad,
-    /// In both.
     Both,
 }
 
@@ -18,7 +17,7 @@ pub enum Terrain {
 pub enum Course {
     /// Straight: its direction is [`Direction::Outbound`] or [`Direction::Inbound`].
     Straight,
-    /// Bend: its direction is [`Direction::Left`] or [`Direction::Right`].
+    /// Corner: its direction is [`Direction::Left`] or [`Direction::Right`].
     Bend,
     /// Any, so without a direction.
     Any,
@@ -76,13 +75,13 @@ impl Declaration {
     }
 }
 
-/// Side of a bend, or way along the road.
+/// Side of a corner, or way along the road.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// A left-hand bend.
+    /// A left-hand corner.
     Left,
-    /// A right-hand bend.
+    /// A right-hand corner.
     Right,
     /// Straight, along the session's first straight heading.
     Outbound,

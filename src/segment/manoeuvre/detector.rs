@@ -9,11 +9,9 @@ use super::features::Features;
 /// Blocks that a detector takes for a manoeuvre.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Claim {
-    /// The blocks.
     pub at: Range<usize>,
-    /// The manoeuvre.
     pub kind: &'static Declaration,
-    /// Side of a bend; of a straight manoeuvre it follows from the heading.
+    /// Side of a corner; of a straight manoeuvre it follows from the heading.
     pub direction: Option<Direction>,
 }
 
@@ -51,6 +49,6 @@ pub trait Detector {
     }
 
     /// Judges the piece `claim` that is left of the claims. `braked` are the blocks in which any
-    /// detector found a brake on, in bends too.
+    /// detector found a brake on, in corners too.
     fn judge(&self, f: &Features, claim: &Claim, braked: &[bool]) -> Verdict;
 }

@@ -1,4 +1,4 @@
-//! Under engine power, straight: what is neither bend nor brake nor coasting.
+//! Under engine power, straight: what is neither corner nor brake nor coasting.
 
 use crate::contract::reason::{Reason, ReasonCode};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ impl Detector for Config {
         } else if peak == f64::NEG_INFINITY {
             Some(Reason::new(
                 ReasonCode::MissingSamples,
-                "too near gaps in the velocity to tell its acceleration",
+                "too near gaps in the velocity to know its acceleration",
             ))
         } else if peak >= self.least_peak {
             None

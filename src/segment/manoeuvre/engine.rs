@@ -18,7 +18,7 @@ const LEAST_SPEED: f64 = 5.0;
 /// Lean beyond this is not learnt from, rad.
 const UPRIGHT: f64 = 0.4;
 /// Samples next in speed that a level is the median of, s; fewer of a gear give no level of its own.
-const NEAR: f64 = 1.5;
+const MEDIAN_WINDOW_S: f64 = 1.5;
 /// Front share of the force beyond which the front brake is on, where no pressure tells.
 const FRONT: f64 = 0.3;
 /// Where pressures do not tell, some of the samples are braked at the rear: the level is below their median.
@@ -26,7 +26,7 @@ const LOW: f64 = 0.4;
 /// Less than this is no engine braking, m/s².
 const LEAST: f64 = 0.3;
 /// More than this no engine takes, m/s².
-const MOST: f64 = 3.0;
+const MAX_ENGINE_BRAKING: f64 = 3.0;
 
 /// The engine's part in the deceleration, by block.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +37,7 @@ pub struct Engine {
     pub level: Option<Vec<f64>>,
 }
 
-/// What it is learnt from; all by block, of one length.
+/// Data it is learnt from; all by block, of one length.
 pub(super) struct Ride<'a> {
     pub rate: f64,
     pub speed: &'a [f64],
@@ -77,12 +77,12 @@ impl Engine {
 /// Deceleration by block.
 fn level(ride: &Ride<'_>, may: &[bool]) -> Option<Vec<f64>> {
     let n = may.len();
-    let settle = (SETTLED * ride.rate).round() as usize;
+    let settling = (SETTLED * ride.rate).round() as usize;
     let quiet: Vec<bool> = (0..n).map(|i| may[i] && !ride.pressed[i]).collect();
     let mut samples: Vec<Sample> = Vec::new();
     for run in runs(&quiet) {
-        let after = run.end.saturating_sub(settle);
-        for i in run.start + settle..after.max(run.start + settle) {
+        let after = run.end.saturating_sub(settling);
+        for i in run.start + settling..after.max(run.start + settling) {
             let upright = ride.lean[i].is_nan() || ride.lean[i].abs() < UPRIGHT;
             let (speed, taken) = (ride.speed[i], -ride.surplus[i]);
             if upright && speed > LEAST_SPEED && taken.is_finite() && !by_front(ride, i) {
@@ -90,7 +90,7 @@ fn level(ride: &Ride<'_>, may: &[bool]) -> Option<Vec<f64>> {
             }
         }
     }
-    let near = ((NEAR * ride.rate).round() as usize).max(5);
+    let near = ((MEDIAN_WINDOW_S * ride.rate).round() as usize).max(5);
     if samples.len() < 2 * near {
         return None;
     }
@@ -122,7 +122,9 @@ fn level(ride: &Ride<'_>, may: &[bool]) -> Option<Vec<f64>> {
     let of = |i: usize| {
         let own = by_gear.iter().find(|(g, _)| *g == gear(ride, i));
         match own {
-            Some((_, [level, slope])) => (level + slope * ride.speed[i]).clamp(0.0, MOST),
+            Some((_, [level, slope])) => {
+                (level + slope * ride.speed[i]).clamp(0.0, MAX_ENGINE_BRAKING)
+            }
             None => all.at(ride.speed[i]),
         }
     };
@@ -169,7 +171,7 @@ impl Curve {
                 let start = k.saturating_sub(near / 2).min(samples.len() - near);
                 let mut taken: Vec<f64> =
                     samples[start..start + near].iter().map(|s| s.taken).collect();
-                order::quantile(&mut taken, share).unwrap_or(0.0).clamp(0.0, MOST)
+                order::quantile(&mut taken, share).unwrap_or(0.0).clamp(0.0, MAX_ENGINE_BRAKING)
             })
             .collect();
         Some(Curve { level })

@@ -39,7 +39,7 @@ const PRESSED: f64 = 2.5e4;
 pub struct Features {
     /// Share of the weight on the front wheel at rest.
     pub static_front: f64,
-    /// What moves to the front per `g` of deceleration.
+    /// Load transfer to the front per `g` of deceleration.
     pub transfer: f64,
     /// Samples per block.
     pub step: usize,
@@ -61,7 +61,7 @@ pub struct Features {
     pub push: Vec<f64>,
     /// Line pressures over their zeros, front and rear, Pa.
     pub pressure: [Option<Vec<f64>>; 2],
-    /// What the engine takes.
+    /// Engine braking.
     pub engine: Engine,
     /// Rear slip stiffness per load: of a ride in gear that of its drive, else the usual one.
     pub rear_stiffness: f64,
@@ -72,16 +72,15 @@ pub struct Features {
     pub shares_measured: bool,
     /// Largest deceleration that the rear wheel can give alone, m/s².
     pub rear_limit: f64,
-    /// 0 to 1.
+    /// Throttle, 0 to 1.
     pub throttle: Option<Vec<f64>>,
-    /// 0 is neutral.
+    /// Gear, 0 is neutral.
     pub gear: Option<Vec<f64>>,
     /// Heading since some start, rad.
     pub heading: Option<Vec<f64>>,
 }
 
 impl Features {
-    /// Number of blocks.
     pub fn len(&self) -> usize {
         self.speed.len()
     }

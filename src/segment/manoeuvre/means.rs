@@ -8,7 +8,7 @@ use super::whoops;
 /// A ride after the off-road estimate, sample by sample; NaN where unknown.
 #[derive(Debug, Clone, Copy)]
 pub struct Ride<'a> {
-    /// Hz.
+    /// Rate, Hz.
     pub rate: f64,
     /// Forward speed, m/s.
     pub speed: &'a [f64],
@@ -47,7 +47,6 @@ pub(crate) struct Means {
 }
 
 impl Means {
-    /// Takes them.
     pub(crate) fn new(ride: &Ride<'_>, config: &Config) -> Self {
         let step = (ride.rate / RATE).round().max(1.0) as usize;
         let rate = ride.rate / step as f64;

@@ -38,7 +38,7 @@ pub(crate) use declaration::{Course, Declaration, Direction, Peak, Terrain};
 
 macro_rules! kinds {
     ($($variant:ident: $file:ident::$declaration:ident,)+) => {
-        /// What the rider was doing.
+        /// Manoeuvre of the rider.
         #[derive(
             Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
         )]
@@ -81,13 +81,9 @@ pub struct Config {
     pub min_speed: f64,
     /// Below this speed everything ends, m/s.
     pub end_speed: f64,
-    /// Bends.
     pub cornering: cornering::Config,
-    /// Braking manoeuvres.
     pub braking: braking::Config,
-    /// Coasting.
     pub coasting: coasting::Config,
-    /// Driving.
     pub driving: driving::Config,
     /// Off-road manoeuvres.
     pub offroad: offroad::Config,
@@ -108,7 +104,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// What looks for manoeuvres on the road, the strongest claim first; the last claims all that is left.
+    /// Detectors of manoeuvres on the road, the strongest claim first; the last claims all that is left.
     pub fn detectors(&self) -> Vec<Box<dyn Detector + '_>> {
         let Config { min_speed, end_speed, cornering, braking, coasting, driving, .. } = self;
         vec![
@@ -126,7 +122,7 @@ impl Config {
 /// Finds claims on the means of an off-road ride.
 pub(crate) type Detect = fn(&Means, &offroad::Config) -> Vec<Claim>;
 
-/// What looks for manoeuvres off the road, the weakest claim first; flights ([`airborne`]) come after
+/// Detectors of manoeuvres off the road, the weakest claim first; flights ([`airborne`]) come after
 /// them, exact to the sample.
 pub(crate) const OFF_ROAD: &[Detect] =
     &[straights::driving, straights::braking, corners::corners, |means, _| {
@@ -134,7 +130,7 @@ pub(crate) const OFF_ROAD: &[Detect] =
     }];
 
 impl ManoeuvreKind {
-    /// What is declared of it.
+    /// Declaration of the kind: name, colour, detector and figures.
     pub fn declaration(self) -> &'static Declaration {
         DECLARATIONS[self as usize]
     }

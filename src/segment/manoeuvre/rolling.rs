@@ -1,4 +1,4 @@
-//! Rolling into and out of a bend: no longer straight and not yet a bend, so it is not used.
+//! Rolling into and out of a corner: no longer straight and not yet a corner, so it is not used.
 
 use crate::contract::reason::ReasonCode;
 use std::ops::Range;
@@ -9,12 +9,12 @@ use super::features::Features;
 use super::mask::runs;
 use super::standing::OTHER;
 
-/// Longest stretch before and after a bend that is looked at, s.
+/// Longest stretch before and after a corner that is looked at, s.
 const REACH: f64 = 1.5;
 /// Pieces shorter than this go to their neighbour, s.
 const SHORTEST: f64 = 0.2;
 
-/// Next to the bends that these settings find.
+/// Next to the corners that these settings find.
 #[derive(Debug)]
 pub(crate) struct Rolling<'a>(pub &'a cornering::Config);
 

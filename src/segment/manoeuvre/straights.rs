@@ -31,7 +31,6 @@ pub(super) fn driving(m: &Means, config: &Config) -> Vec<Claim> {
     runs(&mask).into_iter().map(|at| Claim::new(at, &DRIVING)).collect()
 }
 
-/// Braking manoeuvres.
 pub(super) fn braking(m: &Means, config: &Config) -> Vec<Claim> {
     let mask = strong(m.acceleration.iter().map(|a| -a), config.braking, m, config);
     let claim = |at| {

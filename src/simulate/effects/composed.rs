@@ -5,10 +5,9 @@ use super::physics::Rolling;
 use crate::contract::bike::Axle;
 use crate::tyre::paper::{Output, Tyre};
 
-/// What a tyre acts on when its output is corrected.
+/// State of a tyre for the correction of its output.
 #[derive(Debug, Clone, Copy)]
 pub struct Acting<'a> {
-    /// The tyre.
     pub tyre: &'a Tyre,
     /// Lagged slip angle, rad.
     pub slip_angle: f64,

@@ -47,9 +47,8 @@ pub struct Coefficient {
 pub struct ExtendedModel {
     /// The ride it was found on.
     pub session_id: String,
-    /// Its motorcycle.
     pub bike_id: String,
-    /// What the nominal model leaves out, by effect.
+    /// Effects missing in the nominal model, by effect.
     #[serde(default)]
     pub effects: BTreeMap<String, Estimate>,
     /// Coefficients of the ride without these effects, by tyre (`front`, `rear`, `vehicle`) and name.
@@ -61,7 +60,6 @@ pub struct ExtendedModel {
 }
 
 impl ExtendedModel {
-    /// As a file.
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).unwrap_or_default();
         format!(

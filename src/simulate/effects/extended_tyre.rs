@@ -20,7 +20,6 @@ pub struct ExtendedTyre {
     bounded: Option<Tyre>,
     /// Load to which changes are relative, N.
     load: f64,
-    /// How it departs.
     error: ModelError,
     /// Width over the front tyre's.
     crown: f64,

@@ -15,7 +15,7 @@ use crate::contract::session::Session;
 use model_error::{Step, compose, effects};
 use physics::{Multibody, Physics, Reach, Remove, Rolling, hooks};
 use ride::BrakeHistory;
-pub(crate) use spec::{EffectSpec, Level, Who};
+pub(crate) use spec::{EffectSpec, Level, SessionRef};
 
 mod brake_drag;
 mod brake_fade;
@@ -99,7 +99,7 @@ hooks!(compose);
 pub struct Effect {
     /// Name in the tables, of its one number too: the name of its file.
     pub name: &'static str,
-    /// What its file declares.
+    /// Declaration of its file.
     pub spec: EffectSpec,
     /// Where the multibody motorcycle has it from.
     pub multibody: Multibody,
@@ -112,7 +112,7 @@ pub struct Effect {
     pub remove: Option<Remove>,
     /// Tyres of whose it is; none where it is not the tyres'.
     pub tyres: &'static [Axle],
-    /// What it acts on.
+    /// Parts of the model that it acts on.
     pub reach: Reach,
     /// Whether people read a size of unit 1 in per cent.
     pub in_per_cent: bool,

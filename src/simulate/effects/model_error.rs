@@ -2,14 +2,14 @@
 
 /// One step of a fold over the effects.
 pub(super) trait Step {
-    /// What an effect of a size makes of a value.
+    /// Value with an effect of a size.
     fn step<E: super::physics::Physics>(&self, size: f64, value: f64) -> f64;
 }
 
 /// From the list of effects: a number each, the list as data, and the hooks of all of them.
 macro_rules! effects {
     ($($module:ident::$effect:ident,)*) => {
-        /// What a real ride may have and the nominal model has not: the size of every effect, in its unit.
+        /// Effects that a real ride may have and the nominal model has not: the size of every effect, in its unit.
         /// All are zero in the nominal model.
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct ModelError {
@@ -71,7 +71,7 @@ macro_rules! effects {
                 false $(|| $module::$effect::NEEDS_HEADING && self.$module != 0.0)*
             }
 
-            /// What sensors make of the true channels, in place.
+            /// Applies sensor errors to the true channels, in place.
             pub fn measure(&self, session: &mut Session) {
                 $(
                     if self.$module != 0.0 {

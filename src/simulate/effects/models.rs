@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::extended_model::{Estimate, ExtendedModel};
 use super::pooled_effects::PooledEffects;
 use super::remove::remove;
-use super::{ALL, Effect, Level, ModelError, Who};
+use super::{ALL, Effect, Level, ModelError, SessionRef};
 use crate::contract::bike::Bike;
 use crate::contract::key_error::KeyError;
 use crate::contract::session::Session;
@@ -19,10 +19,10 @@ use crate::contract::warning::Warning;
 const OWN: &str = "its own";
 /// Code of the warning that says what was taken out of a recording.
 const APPLIED: &str = "model_applied";
-/// What its message begins with.
+/// Start of its message.
 const TAKEN_OUT: &str = "removed from the recording";
 
-/// What is known of the sessions of a run. By effect a session has the size that it shares with others where
+/// Known properties of the sessions of a run. By effect a session has the size that it shares with others where
 /// there is one, else its own; one that was not diagnosed has the shared ones only.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,7 +59,6 @@ struct Shared {
 /// An effect that a session has.
 #[derive(Debug, Clone, Copy)]
 pub struct Has<'a> {
-    /// Which.
     pub effect: &'static Effect,
     /// In the unit of the effect.
     pub value: f64,
@@ -116,8 +115,8 @@ impl Models {
         Ok(Models { shared: shared.pooled.iter().map(share).collect(), own })
     }
 
-    /// What a session has, in order of the effects.
-    pub fn of(&self, who: &Who<'_>) -> Vec<Has<'_>> {
+    /// Effects of a session, in order of the effects.
+    pub fn of(&self, who: &SessionRef<'_>) -> Vec<Has<'_>> {
         let own = self.own.get(who.bike_id).and_then(|sessions| sessions.get(who.session_id));
         let has = |effect: &'static Effect| {
             let own = own.and_then(|sizes| sizes.get(effect.name));
@@ -135,7 +134,7 @@ impl Models {
     /// Everything that [`Models::apply`] does to a session as text, for the hash of what its tables are made
     /// from; empty where that is nothing. Where site or start are not known before the log is read, it has
     /// what every site or night shares: rather too much than to overlook a change.
-    pub fn text_of(&self, who: &Who<'_>) -> String {
+    pub fn text_of(&self, who: &SessionRef<'_>) -> String {
         let mut text = String::new();
         for Has { effect, value, origin, .. } in self.of(who) {
             // writing to a String cannot fail; a number's shortest text says all of it
@@ -155,7 +154,7 @@ impl Models {
     /// Takes out of a session what it has, and says what that was.
     pub fn apply(&self, session: &mut Session, bike: &mut Bike) -> Vec<Warning> {
         let meta = session.meta.clone();
-        let all = self.of(&Who::from(&meta));
+        let all = self.of(&SessionRef::from(&meta));
         if all.is_empty() {
             return Vec::new();
         }
@@ -229,9 +228,9 @@ mod tests {
         }
     }
 
-    fn who<'a>(session_id: &'a str, bike_id: &'a str) -> Who<'a> {
+    fn who<'a>(session_id: &'a str, bike_id: &'a str) -> SessionRef<'a> {
         let (site, start_time) = (Some("x"), Some("2026-05-01T20:00:00Z"));
-        Who { session_id, bike_id, site, start_time }
+        SessionRef { session_id, bike_id, site, start_time }
     }
 
     #[test]
@@ -246,7 +245,7 @@ mod tests {
             ],
         };
         let models = Models::of_many(own, &shared).expect("models");
-        let has = |who: &Who<'_>| -> Vec<(&str, f64, &str)> {
+        let has = |who: &SessionRef<'_>| -> Vec<(&str, f64, &str)> {
             models.of(who).into_iter().map(|h| (h.effect.name, h.value, h.origin)).collect()
         };
         let late = ("latency", 0.02, "pooled over 4 sessions of the fleet");
@@ -258,9 +257,9 @@ mod tests {
         // never diagnosed
         assert_eq!(has(&who("s2", "a")), [slope, wind, lean, late]);
         assert_eq!(has(&who("s2", "b")), [slope, wind, late]);
-        let elsewhere = Who { site: Some("y"), start_time: None, ..who("s3", "b") };
+        let elsewhere = SessionRef { site: Some("y"), start_time: None, ..who("s3", "b") };
         assert_eq!(has(&elsewhere), [late]);
-        let unread = Who { site: None, start_time: None, ..who("s1", "b") };
+        let unread = SessionRef { site: None, start_time: None, ..who("s1", "b") };
         let hashed = models.text_of(&unread);
         assert_eq!(hashed.lines().count(), 3, "{hashed}");
         assert!(hashed.contains("road_grade = 0.003 perhaps, pooled over"), "{hashed}");
@@ -271,7 +270,7 @@ mod tests {
     #[test]
     fn of_one_session_goes_to_the_others_what_is_usually_the_motorcycles() {
         let models = Models::of_one(model("s1", "a", &[("latency", 0.02), ("wind", 1.0)]));
-        let told = |who: &Who<'_>| models.text_of(who);
+        let told = |who: &SessionRef<'_>| models.text_of(who);
         let found = "latency = 0.02, found in s1, usually the motorcycle's\n";
         assert_eq!(told(&who("s1", "a")), format!("wind = 1.0, its own\n{found}"));
         assert_eq!(told(&who("s2", "a")), found);
@@ -293,7 +292,7 @@ mod tests {
         };
         assert!(taken("latency") && taken("twisting_stiffness"), "{warnings:?}");
         assert!(!taken("friction_load") && !taken("wind"), "{warnings:?}");
-        let has = models.of(&Who::from(&session.meta));
+        let has = models.of(&SessionRef::from(&session.meta));
         assert!(has.iter().all(|h| h.std_error == 0.001) && has.len() == 3);
     }
 

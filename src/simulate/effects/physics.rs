@@ -23,22 +23,20 @@ pub enum Multibody {
     Inherent(&'static str),
 }
 
-/// What a number acts on: which parts of the residuals change with it and which stay as they are.
+/// Reach of a number: which parts of the residuals change with it and which stay as they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     /// How the motorcycle lies and where its wheels point.
     pub attitude: bool,
     /// Forces along and wheel loads.
     pub forces: bool,
-    /// What the wheels' slips are held against.
+    /// Reference of the wheels' slips.
     pub slips: bool,
-    /// What the lagged slip angles are held against.
+    /// Reference of the lagged slip angles.
     pub lateral: bool,
-    /// The roll balance.
     pub roll: bool,
-    /// The kinematic balances.
     pub kinematic: bool,
-    /// What is over within a block, so that block means do not tell of it.
+    /// Whether it is over within a block, so that block means do not show it.
     pub within_blocks: bool,
 }
 
@@ -141,7 +139,6 @@ macro_rules! hooks {
             fn pitch_moment(moment, drag: f64);
 
             // tyres
-            /// Side-force ratio.
             fn side_force_ratio(ratio, axle: Axle);
             /// Twisting stiffness, m/rad.
             fn twisting_stiffness(stiffness);
@@ -188,7 +185,7 @@ macro_rules! declare {
             /// Tyres of whose it is; none where it is of the sensors, the road, the rider or the rest of the
             /// motorcycle.
             const TYRES: &[Axle] = &[];
-            /// What it acts on; the attitudes know the sizes of no effect that does not say so.
+            /// Parts of the model that it acts on; attitudes use the sizes only of effects that declare it.
             const REACH: Reach = Reach::FORCES;
             /// Whether people read a size of unit 1 in per cent: it is a share of what it changes, or a slope. What is
             /// added to a ratio is read as it stands, as per cent of the ratio would be something else.
@@ -206,7 +203,7 @@ macro_rules! declare {
                 }
             )*
 
-            /// What a sensor makes of the true channels, in place.
+            /// Applies sensor errors to the true channels, in place.
             fn measure(size: f64, session: &mut Session) {}
         }
     };

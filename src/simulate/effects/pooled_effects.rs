@@ -20,7 +20,7 @@ pub(crate) const FILE: &str = "pooled.toml";
 pub struct PooledEffect {
     /// Name of the effect.
     pub effect: String,
-    /// What its sessions have in common.
+    /// Common property of its sessions.
     pub level: Level,
     /// Which of those, as [`Level::group`] has it; empty for the fleet and for sessions that do not say where
     /// or when they were.
@@ -36,7 +36,7 @@ pub struct PooledEffect {
     pub sessions: usize,
 }
 
-/// What the sessions of an output share.
+/// Effects shared by the sessions of an output.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PooledEffects {
@@ -46,7 +46,6 @@ pub struct PooledEffects {
 }
 
 impl PooledEffects {
-    /// As a file.
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).unwrap_or_default();
         format!(

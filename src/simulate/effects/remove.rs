@@ -19,6 +19,6 @@ pub fn remove(error: &ModelError, session: &mut Session, bike: &mut Bike) -> Vec
             None => left.push(effect.name),
         }
     }
-    bike.settle();
+    bike.sync_keys();
     left
 }

@@ -145,7 +145,7 @@ pub(crate) fn along_strip(session: &Session) -> Vec<f64> {
     yaw.iter().map(|yaw| (yaw - axis).cos()).collect()
 }
 
-/// What corrections depend on, sample by sample; 0 where it is missing.
+/// Variables of corrections, sample by sample; 0 where it is missing.
 #[derive(Debug)]
 pub(crate) struct Ride {
     /// Speed, m/s.

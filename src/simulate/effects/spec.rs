@@ -10,19 +10,16 @@ use crate::segment::manoeuvre::ManoeuvreKind;
 pub(crate) const BRAKING: &[ManoeuvreKind] =
     &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
 
-/// What an effect belongs to, and so what it should be the same for.
+/// Level of an effect: the group for which it should be the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
-    /// One ride.
     Session,
     /// A motorcycle: a part of it, or a sensor on it.
     Bike,
-    /// A road.
     Site,
     /// A night of the fleet: the weather, a rider's day.
     Night,
-    /// Everything.
     Fleet,
 }
 
@@ -40,7 +37,7 @@ impl Level {
 
     /// The group of this level that a session belongs to: its own id, its motorcycle's, its site, the date of
     /// its start; of the fleet nothing, and nothing either where the session does not say.
-    pub fn group<'a>(self, of: &Who<'a>) -> &'a str {
+    pub fn group<'a>(self, of: &SessionRef<'a>) -> &'a str {
         match self {
             Level::Session => of.session_id,
             Level::Bike => of.bike_id,
@@ -57,12 +54,10 @@ impl Level {
 /// Characters of the date that an RFC 3339 time starts with.
 const DATE: usize = 10;
 
-/// What of a session says which groups it belongs to.
+/// Properties of a session that decide its groups.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Who<'a> {
-    /// The session.
+pub struct SessionRef<'a> {
     pub session_id: &'a str,
-    /// Its motorcycle.
     pub bike_id: &'a str,
     /// Where it was ridden.
     pub site: Option<&'a str>,
@@ -70,9 +65,9 @@ pub struct Who<'a> {
     pub start_time: Option<&'a str>,
 }
 
-impl<'a> From<&'a Meta> for Who<'a> {
+impl<'a> From<&'a Meta> for SessionRef<'a> {
     fn from(meta: &'a Meta) -> Self {
-        Who {
+        SessionRef {
             session_id: &meta.session_id,
             bike_id: &meta.bike_id,
             site: meta.site.as_deref(),
@@ -84,9 +79,9 @@ impl<'a> From<&'a Meta> for Who<'a> {
 /// The words, the unit and the prior of an effect: what its file declares beside its formula.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectSpec {
-    /// What happens where its size has the sign of `typical`, as a main clause for reports.
+    /// Sentence where its size has the sign of `typical`, as a main clause for reports.
     pub sentence: &'static str,
-    /// What happens where it has the other sign; `sentence` again where that is true of both, as of a
+    /// Sentence where it has the other sign; `sentence` again where that is true of both, as of a
     /// zero that is off to either side.
     pub opposite: &'static str,
     /// Unit of its size.
@@ -108,14 +103,13 @@ pub struct EffectSpec {
     pub confounded_with: &'static [&'static str],
     /// The riding or the channel that tells it from those.
     pub separate_by: &'static str,
-    /// What it is usually the same for.
     pub level: Level,
     /// Whether the built-in ride plans show next to nothing of it at its usual size.
     pub faint: bool,
 }
 
 impl EffectSpec {
-    /// What an effect of a size does.
+    /// Sentence of an effect with a size.
     pub fn sentence_of(&self, size: f64) -> &'static str {
         by_sign(size, self.typical, [self.sentence, self.opposite])
     }

@@ -11,7 +11,6 @@ use crate::statistics::random::{Coloured, Random};
 pub struct Foreign {
     /// Name of the file, without folders.
     pub file: String,
-    /// The log.
     pub text: String,
     /// Delays, nominal radii and the like, as TOML.
     pub truth: String,
@@ -74,7 +73,7 @@ impl Column {
         Column { held: true, ..self }
     }
 
-    /// What is logged at a time, s.
+    /// Logged values at a time, s.
     fn at(&self, time: f64, rate: f64, random: &mut Random) -> f64 {
         let last = self.values.len() - 1;
         let place = ((time - self.delay) * rate).clamp(0.0, last as f64);
@@ -105,15 +104,15 @@ pub(super) struct Board<'a> {
 
 /// A satellite receiver's view, by sample.
 pub(super) struct Satellite {
-    /// m/s.
+    /// Speed, m/s.
     pub(super) speed: Vec<f64>,
     /// Clockwise from north, without jumps, degrees.
     pub(super) course: Vec<f64>,
-    /// Degrees.
+    /// Latitude, degrees.
     pub(super) latitude: Vec<f64>,
-    /// Degrees.
+    /// Longitude, degrees.
     pub(super) longitude: Vec<f64>,
-    /// m.
+    /// Altitude, m.
     pub(super) altitude: Vec<f64>,
 }
 
@@ -160,7 +159,7 @@ impl<'a> Board<'a> {
         (0..self.samples().len()).map(|_| noise.next(&mut self.random)).collect()
     }
 
-    /// What a receiver sees whose antenna is at a point of the frame (m, from the rear contact), with errors of
+    /// Signals of a receiver whose antenna is at a point of the frame (m, from the rear contact), with errors of
     /// speed (m/s) and place (m).
     pub(super) fn satellite(
         &mut self,

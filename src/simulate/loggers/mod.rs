@@ -20,7 +20,7 @@ pub(crate) use self::profile::Profile;
 use super::track::ridden::TrackRide;
 use crate::statistics::random::Random;
 
-/// What a logger writes of a ride.
+/// Writes the log of a ride.
 pub fn write(profile: Profile, ridden: &TrackRide, seed: u64) -> Foreign {
     let id = &ridden.ride.session.meta.session_id;
     let random = Random::new(seed, &format!("logger {} {id}", profile.name()));

@@ -20,7 +20,7 @@ pub enum Part {
         /// Speed at its end, m/s.
         speed: f64,
     },
-    /// A bend as the plane sees it: braking, rolling, driving out.
+    /// A corner as the plane sees it: braking, rolling, driving out.
     Corner {
         /// Length of the slow part, m.
         length: f64,
@@ -42,7 +42,6 @@ pub enum Part {
     },
     /// Waves close together.
     Whoops {
-        /// How many.
         count: usize,
         /// From crest to crest, m.
         wavelength: f64,
@@ -104,7 +103,7 @@ impl Part {
         }
     }
 
-    /// What a segmentation should call it, while on the ground.
+    /// Expected kind of the segment, while on the ground.
     pub fn kind(&self) -> ManoeuvreKind {
         match self {
             Part::Whoops { .. } => ManoeuvreKind::Whoops,

@@ -33,9 +33,9 @@ pub enum Touching {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tyre {
-    /// N/m.
+    /// Stiffness, N/m.
     pub stiffness: f64,
-    /// N s/m.
+    /// Damping, N s/m.
     pub damping: f64,
     /// Peak friction.
     pub friction: f64,
@@ -99,12 +99,10 @@ pub(crate) const SIZE: usize = 28;
 pub struct State(pub [f64; SIZE]);
 
 impl State {
-    /// Coordinates.
     pub fn q(&self) -> [f64; 5] {
         std::array::from_fn(|i| self.0[i])
     }
 
-    /// Velocities.
     pub fn qd(&self) -> [f64; 5] {
         std::array::from_fn(|i| self.0[5 + i])
     }
@@ -119,7 +117,6 @@ impl State {
         Pose { hip: [s[12], s[13], s[14], s[15]], torso: [s[16], s[17], s[18], s[19]], push: s[20] }
     }
 
-    /// Torques that act.
     pub fn levers(&self) -> Levers {
         Levers { drive: self.0[21], front: self.0[22], rear: self.0[23] }
     }
@@ -134,7 +131,6 @@ pub struct Contact {
     pub point: [f64; 2],
     /// Normal to the ground, N; zero off it.
     pub normal: f64,
-    /// Slip ratio.
     pub slip: f64,
 }
 
@@ -143,7 +139,6 @@ pub struct Contact {
 pub struct Response {
     /// Rate of the state.
     pub rate: [f64; SIZE],
-    /// Accelerations.
     pub qdd: [f64; 5],
     /// Relative wheel accelerations about +y: rear, front.
     pub spin: [f64; 2],
@@ -175,9 +170,7 @@ pub struct ForwardModel {
     pub machine: PlanarMotorcycle,
     /// Front and rear.
     pub tyres: [Tyre; 2],
-    /// The profile.
     pub ground: Ground,
-    /// Who rides.
     pub rider: Active,
     /// Who rides in his place, if anyone does.
     pub passive: Option<Passive>,
@@ -351,7 +344,7 @@ impl ForwardModel {
         (tyres, [front_axle.0, rear_axle.0])
     }
 
-    /// What the rider does to the bike, and what a passive rider's horizontal inertia adds to the
+    /// Forces of the rider on the bike, and what a passive rider's horizontal inertia adds to the
     /// bike's, kg.
     fn reaction(
         &self,

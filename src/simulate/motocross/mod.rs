@@ -39,7 +39,6 @@ pub struct Truth {
     pub rider: [Vec<f64>; 4],
     /// Whether the wheel is off the ground: front, rear.
     pub off: [Vec<bool>; 2],
-    /// Slip ratios.
     pub slip: [Vec<f64>; 2],
     /// `[x_s'', z_s'', mu'', z_f'', alpha_r'']`.
     pub qdd: [Vec<f64>; 5],
@@ -47,12 +46,9 @@ pub struct Truth {
     pub x: Vec<f64>,
 }
 
-/// One ridden session.
 #[derive(Debug, Clone)]
 pub struct MotocrossRide {
-    /// What the logger recorded.
     pub session: Session,
-    /// What is true.
     pub truth: Truth,
     /// Flights, whoops and corners.
     pub labels: Vec<Label>,

@@ -18,7 +18,7 @@ pub struct Active {
     pub leg: f64,
 }
 
-/// What he feels and touches, ground axes, z down.
+/// Contacts of the rider, ground axes, z down.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
     /// Pegs: place and velocity.
@@ -34,9 +34,7 @@ pub struct Touch {
 /// Place x, z and velocity x, z of hip and torso, and the push of his legs, N.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pose {
-    /// Hip.
     pub hip: [f64; 4],
-    /// Torso.
     pub torso: [f64; 4],
     /// Push of the legs, N.
     pub push: f64,
@@ -106,7 +104,7 @@ impl Active {
         let length = dx.hypot(dz).max(0.05);
         let (ex, ez) = (dx / length, dz / length);
         let rate = ex * (hip[2] - peg_v[0]) + ez * (hip[3] - peg_v[1]);
-        // what the legs are told to do
+        // the force commanded to the legs
         let weight = if touch.airborne { 0.0 } else { self.mass() * GRAVITY };
         let told = weight + LEG_STIFFNESS * (self.leg - length) - LEG_DAMPING * rate;
         let push_rate = (told.clamp(0.0, STRONGEST) - pose.push) / LAG;

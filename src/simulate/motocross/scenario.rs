@@ -67,7 +67,7 @@ fn fast() -> f64 {
     200.0
 }
 
-/// What the engine does to the accelerometers.
+/// Vibration of the accelerometers by the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Vibration {
@@ -77,7 +77,7 @@ pub struct Vibration {
     pub frequency: [f64; 2],
 }
 
-/// What the simulated ride has and the estimate's nominal model (rider B, the bike file's fork) has not.
+/// Effects that the simulated ride has and the estimate's nominal model (rider B, the bike file's fork) has not.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Effects {
@@ -129,7 +129,6 @@ impl Effects {
 pub enum VerticalMotion {
     /// Rider C with this cut-off, Hz; at zero rider B.
     CutOff(f64),
-    /// A body.
     Legs(Legs),
 }
 
@@ -147,18 +146,15 @@ pub enum Legs {
     Active,
 }
 
-/// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Motocross {
     /// Name: the start of the session ids.
     pub name: String,
-    /// What it is for.
+    /// Purpose, in words.
     pub description: String,
-    /// Of all randomness.
     pub seed: u64,
     /// Of the log, Hz.
     pub rate: f64,
-    /// Sessions.
     pub sessions: usize,
     /// Length of each, s.
     pub duration: f64,
@@ -172,11 +168,10 @@ pub struct Motocross {
     pub vibration: Vibration,
     /// Errors by channel.
     pub sensors: Sensors,
-    /// What the analyst's bike file says.
+    /// The analyst's bike file.
     pub bike: Bike,
-    /// What the machine is.
     pub machine: PlanarMotorcycle,
-    /// What `diagnose` may find.
+    /// Effects that `diagnose` may find.
     pub effects: Effects,
     lap: Vec<Part>,
     unevenness: f64,

@@ -29,7 +29,7 @@ struct Pose {
     velocity: [(f64, f64); 2],
 }
 
-/// What tyres do per unit of load: all but the trail are proportional to it.
+/// Tyre forces per unit of load: all but the trail are proportional to it.
 struct PerLoad {
     slip_ratio: [f64; 2],
     alpha_rate: [f64; 2],

@@ -9,7 +9,7 @@ use crate::tyre::kinematics::below_mass_centre;
 use crate::tyre::pair::both;
 
 impl Plant {
-    /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
+    /// Number of Runge-Kutta steps of a span `dt`: the stiffest mode is a wheel's slip.
     fn substeps(&self, s: &State, dt: f64) -> usize {
         let load = 0.7 * self.vehicle.mass * GRAVITY; // the more loaded wheel, braking hard
         let fastest = (0..2)
@@ -64,7 +64,7 @@ const LONGEST: f64 = 0.0105;
 /// Places of what is stiff: the handlebar, the wheels' spins, the tyres' lagged slip angles.
 const STIFF: [usize; 5] = [10, 6, 7, 8, 9];
 
-/// What is known at the start of a step.
+/// Data known at the start of a step.
 struct Step {
     h: f64,
     slope: [f64; N],

@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Against the classical scheme with an eighth of the step, ridden as replays are: steered so that a bend is held,
+    /// Against the classical scheme with an eighth of the step, ridden as replays are: steered so that a corner is held,
     /// brakes and throttle going evenly up and down.
     #[test]
     fn the_exponential_scheme_rides_as_the_classical_one() {

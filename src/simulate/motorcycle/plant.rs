@@ -21,7 +21,7 @@ pub struct Plant {
     pub crown: [f64; 2],
     /// Road friction over that of the tyres' characterisation.
     pub friction: f64,
-    /// What it has beyond all that; put in by [`Plant::with`].
+    /// Effects beyond all that; put in by [`Plant::with`].
     pub model_error: ModelError,
 }
 

@@ -3,20 +3,15 @@
 use crate::tyre::pair::both;
 use crate::tyre::paper::Output;
 
-/// The integrated state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     /// Forward velocity of the centre of mass.
     pub vx: f64,
     /// Lateral velocity of the centre of mass.
     pub vy: f64,
-    /// Yaw rate.
     pub yaw_rate: f64,
-    /// Heading.
     pub yaw: f64,
-    /// Roll.
     pub roll: f64,
-    /// Roll rate.
     pub roll_rate: f64,
     /// Wheel spins, front and rear.
     pub omega: [f64; 2],
@@ -62,7 +57,7 @@ impl State {
     }
 }
 
-/// What rider, road and air do during a step.
+/// Action of rider, road and air during a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Action {
     /// Commanded handlebar angle.
@@ -109,16 +104,14 @@ impl Action {
     }
 }
 
-/// What follows from a state and an action.
+/// Quantities that follow from a state and an action.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Response {
     /// Acceleration of the centre of mass, level frame.
     pub acceleration: [f64; 2],
-    /// Roll acceleration.
     pub roll_acceleration: f64,
     /// Wheel loads.
     pub load: [f64; 2],
-    /// Slip ratios.
     pub slip_ratio: [f64; 2],
     /// Camber angles.
     pub camber: [f64; 2],

@@ -42,12 +42,11 @@ pub(crate) struct Geometry {
     pub camber: (f64, f64),
 }
 
-/// What a wheel rolls on, and when and which way.
+/// Road, time and direction of a wheel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings<'a> {
-    /// The road.
     pub road: &'a Road,
-    /// What the motorcycle has beyond its description.
+    /// Effects beyond the description of the motorcycle.
     pub error: &'a ModelError,
     /// Share of the road's friction that is lost.
     pub lost_grip: f64,

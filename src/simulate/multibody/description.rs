@@ -24,35 +24,23 @@ pub(crate) const BUILTIN: &[(&str, &str)] = &[
     ("benchmark_bicycle", include_str!("../../../pipelines/motorcycles/benchmark_bicycle.toml")),
 ];
 
-/// What can be wrong with a motorcycle file.
+/// Errors of a motorcycle file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file is not there or cannot be read.
     #[error("cannot read motorcycle file {path}: {source}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// Neither a built-in motorcycle nor a file.
     #[error("no motorcycle `{name}`{meant}; give a file, or one of {known}")]
     Unknown {
-        /// What was asked for.
         name: String,
-        /// What may have been meant, as a part of the sentence.
+        /// Name that may have been meant, as a part of the sentence.
         meant: String,
-        /// What there is.
         known: String,
     },
     /// A key is missing, misspelt or out of range, or the machine cannot stand.
     #[error("motorcycle file {path}: {message}")]
-    Key {
-        /// The file.
-        path: PathBuf,
-        /// Names the key.
-        message: String,
-    },
+    Key { path: PathBuf, message: String },
 }
 
 /// Whether the wheels have tyres.
@@ -67,7 +55,6 @@ pub enum Contact {
 /// A spring with one preload and a damper with two rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Suspension {
-    /// Stiffness.
     pub stiffness: f64,
     /// Force or moment at zero travel.
     pub preload: f64,
@@ -104,11 +91,10 @@ pub struct Chain {
 pub struct Motorcycle {
     /// The file's stem or the built-in name.
     pub id: String,
-    /// What it is called.
     pub name: String,
     /// Tyres or rigid rolling wheels.
     pub contact: Contact,
-    /// m/s².
+    /// Gravity, m/s².
     pub gravity: f64,
     /// Inclination of the steering axis, rad.
     pub caster_angle: f64,
@@ -116,7 +102,6 @@ pub struct Motorcycle {
     pub frame: Rigid,
     /// Swing arm without wheel.
     pub swing_arm: Rigid,
-    /// Its pivot.
     pub pivot: Vector3<f64>,
     /// Rear suspension; `None` is rigid.
     pub rear_suspension: Option<Suspension>,
@@ -136,7 +121,6 @@ pub struct Motorcycle {
     pub rider: Option<(Rigid, f64)>,
     /// Wheels, front and rear, about their centres.
     pub wheels: [Rigid; 2],
-    /// Their centres.
     pub centres: [Vector3<f64>; 2],
     /// Tyres, front and rear; absent on rolling wheels.
     pub tyres: Option<[Box<dyn TyreModel>; 2]>,
@@ -154,7 +138,6 @@ pub struct Motorcycle {
     pub air_density: f64,
     /// Drag area, lift area, m²; pitch volume, m³.
     pub aerodynamics: [f64; 3],
-    /// Where they act.
     pub aerodynamic_centre: Vector3<f64>,
 }
 
@@ -290,21 +273,21 @@ impl Motorcycle {
         let trail = self.trail();
         if trail <= 0.0 {
             return Err(KeyError::Values(format!(
-                "the trail is {trail:.3} m: the front contact lies ahead of the steering axis; look \
-                 at `caster_angle`, `steering.axis_x` and `front.wheel.x`"
+                "the trail is {trail:.3} m: the front contact lies ahead of the steering axis; \
+                 check `caster_angle`, `steering.axis_x` and `front.wheel.x`"
             )));
         }
         let x = self.centre().x;
         if x <= self.centres[1].x || x >= self.centres[0].x {
             return Err(KeyError::Values(format!(
-                "the centre of mass lies {x:.3} m ahead of the rear contact, outside the wheelbase of \
-                 {:.3} m: a wheel would lift; look at `frame.x`",
+                "the centre of mass lies {x:.3} m ahead of the rear contact, outside the wheelbase \
+                 of {:.3} m: a wheel would lift; check `frame.x`",
                 self.wheelbase()
             )));
         }
         if self.centre().z <= 0.0 {
             return Err(KeyError::Values(
-                "the centre of mass lies below the road; look at `frame.z`".into(),
+                "the centre of mass lies below the road; check `frame.z`".into(),
             ));
         }
         for (name, body) in [

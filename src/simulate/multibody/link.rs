@@ -16,7 +16,5 @@ pub(crate) const FORK: usize = 5;
 pub(crate) const FRONT: usize = 6;
 /// Wheels, front and rear.
 pub(crate) const WHEELS: [usize; 2] = [FRONT, REAR];
-/// What carries them.
 pub(crate) const CARRIERS: [usize; 2] = [FORK, SWING];
-/// Their joints.
 pub(crate) const WHEEL_JOINTS: [usize; 2] = [joint::FRONT, joint::REAR];

@@ -28,13 +28,11 @@ const LOCK_RATE: f64 = 200.0;
 /// A motorcycle on a road, ready to be simulated.
 #[derive(Debug, Clone)]
 pub struct Model {
-    /// What it is made of.
+    /// Description of the motorcycle.
     pub motorcycle: Motorcycle,
-    /// The road.
     pub road: Road,
-    /// The bodies.
     pub tree: Tree,
-    /// What it has beyond all that and is not in its description or its tyres.
+    /// Effects beyond all that and is not in its description or its tyres.
     pub model_error: ModelError,
     locked: [bool; joint::COUNT],
 }
@@ -42,7 +40,6 @@ pub struct Model {
 /// Scratch memory, and what the last evaluation found.
 #[derive(Debug, Clone)]
 pub struct Scratch {
-    /// Of the tree.
     pub work: Work,
     /// Both wheels, front first.
     pub wheels: [Wheel; 2],
@@ -212,7 +209,7 @@ impl Model {
         if self.model_error.needs_heading() { state.angles[0].cos() } else { 0.0 }
     }
 
-    /// What the effects pull at the motorcycle: slope and bank, world axes, m/s².
+    /// Acceleration of the motorcycle by the effects: slope and bank, world axes, m/s².
     fn pull(&self, state: &State) -> Vector3<f64> {
         let g = self.motorcycle.gravity;
         let ahead = -self.model_error.uphill(0.0, g, self.along(state));

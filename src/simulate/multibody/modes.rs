@@ -35,7 +35,6 @@ pub(crate) enum Name {
 }
 
 impl Name {
-    /// As in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Name::Weave => "weave",
@@ -50,9 +49,8 @@ impl Name {
 /// One eigenvalue; of a conjugate pair the one with positive frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mode {
-    /// m/s.
+    /// Speed, m/s.
     pub speed: f64,
-    /// Which.
     pub name: Name,
     /// 1/s and rad/s.
     pub eigenvalue: Complex<f64>,
@@ -166,7 +164,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
     list
 }
 
-/// Eigenvalues of straight running at each speed, named by following each mode from where it is
+/// Eigenvalues of straight running at each speed, labelled by following each mode from where it is
 /// unmistakable.
 ///
 /// # Errors

@@ -99,7 +99,7 @@ impl Road {
         up * (-g / up.norm())
     }
 
-    /// What is wrong with it, if anything.
+    /// Error in it, if there is one.
     ///
     /// # Errors
     /// Error text that names the key.

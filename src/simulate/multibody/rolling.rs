@@ -12,7 +12,7 @@ use super::model::{Model, Scratch};
 use super::state::{Action, State, joint, spin};
 use crate::simulate::multibody::bodies::Motion;
 
-/// What the constraint looks at on one wheel.
+/// Contact of one wheel for the constraint.
 struct Touch {
     /// From the wheel's centre to the contact, and its rate.
     arm: Vector3<f64>,

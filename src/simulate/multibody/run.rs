@@ -9,30 +9,30 @@ pub enum Fall {
     /// It leans too far to come back.
     #[error("fell over at {time:.2} s: roll {:.0} deg at {speed:.1} m/s", roll.to_degrees())]
     Over {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// rad.
+        /// Roll, rad.
         roll: f64,
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
     },
     /// It stood on one wheel past the balance point.
     #[error("turned over at {time:.2} s: pitch {:.0} deg at {speed:.1} m/s", pitch.to_degrees())]
     Pitched {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// rad.
+        /// Pitch, rad.
         pitch: f64,
-        /// m/s.
+        /// Speed, m/s.
         speed: f64,
     },
     /// The numbers are no longer finite.
     #[error(
-        "the state is not finite any more at {time:.2} s: the step is too long, or the \
-             machine is not one"
+        "the state is not finite at {time:.2} s: the step is too long, or the motorcycle file is \
+         impossible"
     )]
     NotFinite {
-        /// s.
+        /// Time, s.
         time: f64,
     },
 }
@@ -45,11 +45,9 @@ const LARGEST_PITCH: f64 = 0.8;
 /// A ride under way.
 #[derive(Debug, Clone)]
 pub struct Run<'a> {
-    /// The model.
     pub model: &'a Model,
-    /// The state now.
     pub state: State,
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// Scratch memory; wheels and forces of the last [`Run::observe`].
     pub scratch: Scratch,

@@ -35,11 +35,9 @@ pub struct State {
     /// Yaw, then roll, then pitch of the frame, rad. In this order yaw is the heading of the
     /// frame plane's trace on the road and roll its camber.
     pub angles: [f64; 3],
-    /// Joint positions.
     pub joints: [f64; joint::COUNT],
     /// Velocity of the frame in its own axes, about `position`.
     pub velocity: Motion,
-    /// Joint rates.
     pub rates: [f64; joint::COUNT],
     /// Lagged slip ratio, slip angle and camber, front and rear.
     pub lag: [[f64; 3]; 2],
@@ -142,7 +140,7 @@ pub(crate) fn spin(angles: &[f64; 3], rates: &[f64; 3]) -> Vector3<f64> {
     Vector3::new(cp * roll - sp * down, yaw * sr + pitch, cp * down + sp * roll)
 }
 
-/// What the rider, the road and the air do at an instant.
+/// Action of rider, road and air at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Action {
     /// On the handlebar, N m, positive to the left.
@@ -167,7 +165,7 @@ pub struct Action {
     pub time: f64,
 }
 
-/// What one wheel does at an instant. Contact axes: x along the wheel plane's trace, y to the
+/// Motion and forces of one wheel at an instant. Contact axes: x along the wheel plane's trace, y to the
 /// left on the road, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wheel {

@@ -6,7 +6,6 @@ use super::link;
 use super::model::{Model, Scratch};
 use super::state::{Action, State, Wheel, joint, spin};
 
-/// A steady turn.
 #[derive(Debug, Clone)]
 pub struct Trim {
     /// Forward velocity of the frame's centre of mass along the frame plane's trace, m/s.
@@ -19,7 +18,6 @@ pub struct Trim {
     pub state: State,
     /// Steering torque and drive.
     pub action: Action,
-    /// Both wheels.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub wheels: [Wheel; 2],
     /// Largest remaining rate, SI.
@@ -36,7 +34,7 @@ pub struct NoTrim {
     residual: f64,
 }
 
-/// What Newton's method varies, in the order of its vector.
+/// Unknowns of Newton's method, in the order of its vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Unknown {
     Height,

@@ -17,20 +17,17 @@ pub enum BikeFile {
     /// The book's tutorial: the required numbers and the uncertainty of the mass.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     Tutorial,
-    /// The required numbers.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     Minimal,
-    /// What `roadbench bike new` makes of class, tyre sizes and weight.
+    /// File of `roadbench bike new` from class, tyre sizes and weight.
     Wizard,
 }
 
 impl BikeFile {
-    /// All of them.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub const ALL: [BikeFile; 4] =
         [BikeFile::Full, BikeFile::Tutorial, BikeFile::Minimal, BikeFile::Wizard];
 
-    /// In a table.
     pub fn name(self) -> &'static str {
         match self {
             BikeFile::Full => "full",

@@ -22,7 +22,7 @@ pub enum Springs {
     Stiff,
 }
 
-/// What no motorcycle and no road is free of, well below what a ride shows: three in a hundred of the usual sizes.
+/// Imperfections of every motorcycle and road, well below what a ride shows: three in a hundred of the usual sizes.
 pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {
     let mut error = ModelError::default();
     let mut usual = |typical: f64| 0.03 * typical * random.normal().clamp(-2.0, 2.0);
@@ -55,7 +55,7 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
         put(&format!("{end}.wheel.diametral_inertia"), Some(r.between(0.55, 0.62) * spin));
     }
     put("fork.mass", Some(r.between(5.5, 9.0)));
-    // longer relaxation lengths than 0.2 m need more, or the steering wobbles at 5 to 6 Hz in bends until it throws the
+    // longer relaxation lengths than 0.2 m need more, or the steering wobbles at 5 to 6 Hz in corners until it throws the
     // rider
     let lag = (plant.tyres[0].relaxation_length / 0.2).max(1.0);
     put("steering.damping", Some(lag * lag * r.between(4.0, 10.0)));

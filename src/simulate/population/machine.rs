@@ -29,9 +29,8 @@ const AIR: f64 = 1.225;
 pub struct DrawnMachine {
     /// Seed of the population.
     pub seed: u64,
-    /// Its number.
     pub number: usize,
-    /// How many drawn before it did not stand or fell.
+    /// Number of draws before it that did not stand or fell.
     pub attempt: usize,
     /// Masses, lengths, tyres and what it has beyond that.
     pub plant: Plant,

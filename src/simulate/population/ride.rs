@@ -28,7 +28,7 @@ const HARD: f64 = 0.7;
 /// A ride of this length did not come to its end, s.
 const ENDLESS: f64 = 7000.0;
 
-/// What an inertial unit with a satellite receiver measures: its errors are its own.
+/// Channels of an inertial unit with a satellite receiver: its errors are its own.
 const INERTIAL: [Channel; 10] = [
     Channel::VelocityX,
     Channel::VelocityY,
@@ -43,7 +43,7 @@ const INERTIAL: [Channel; 10] = [
 ];
 
 impl DrawnMachine {
-    /// What is ridden on it: a plan of a scenario with something hidden.
+    /// Tour on it: a plan of a scenario with something hidden.
     ///
     /// # Errors
     /// It cannot stand; a sentence that says why.
@@ -75,11 +75,8 @@ impl DrawnMachine {
 /// A case on a machine of the population.
 #[derive(Debug, Clone)]
 pub struct Ridden {
-    /// The machine.
     pub machine: DrawnMachine,
-    /// What was ridden.
     pub tour: Tour,
-    /// The ride.
     pub ride: MultibodyRide,
     /// Why attempts before it failed.
     pub failed: Vec<String>,
@@ -185,7 +182,7 @@ pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden),
     Ok((files, ridden))
 }
 
-/// What is hidden in a case, together.
+/// Hidden effects of a case, together.
 fn error(case: &Case) -> ModelError {
     let mut error = ModelError::default();
     for (effect, value) in &case.hidden {
@@ -195,7 +192,7 @@ fn error(case: &Case) -> ModelError {
 }
 
 /// Whether the tyres of a machine are tyres with something hidden in them: no motorcycle is ridden whose
-/// camber pushes it out of the bend.
+/// camber pushes it out of the corner.
 fn possible(machine: &DrawnMachine, hidden: &ModelError) -> bool {
     machine.plant_with(hidden).tyres.iter().all(|tyre| {
         tyre.side_force_ratio > 0.02

@@ -15,7 +15,6 @@ use crate::tyre::{published, tir};
 /// Whose formulas the tyres are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Make {
-    /// The paper's.
     Paper,
     /// A Magic Formula of another form.
     Published,
@@ -68,7 +67,7 @@ impl Carcasses {
 /// The formulas of a pair of tyres.
 #[derive(Debug, Clone)]
 pub(crate) enum Pair {
-    /// In the plant.
+    /// The tyre of the paper, in the simulated motorcycle itself.
     Paper,
     /// On their own, varied from the sets of these names.
     Published([&'static str; 2], [Box<dyn TyreModel>; 2]),

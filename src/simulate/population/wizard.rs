@@ -30,7 +30,7 @@ const SOLD: [&[&str]; 2] = [
 /// How well the weight with rider is known, standard deviation, kg.
 const WEIGHT: f64 = 3.0;
 
-/// What a new user says of a machine.
+/// Statements of a new user about a machine.
 ///
 /// # Errors
 /// A size is none (a defect that a test would find).

@@ -16,8 +16,9 @@ use crate::statistics::random::Random;
 pub(crate) const SPACING: f64 = 1.0;
 /// Distance between points while the line is smoothed, m.
 const FINE: f64 = 0.1;
-/// Width of the smoothing, standard deviation, m.
-const SMOOTHING: f64 = 9.0;
+/// Usual width of the smoothing, standard deviation, m: corners keep an arc that is ridden at one speed. With three times as
+/// much they are braked into and driven out of up to the apex.
+pub(crate) const SMOOTHING: f64 = 9.0;
 
 /// The corners of the built-in track: where the straights would meet, and the radius of the arc between them, m.
 /// Anticlockwise from the start line; seven to the left and two to the right.
@@ -36,7 +37,7 @@ const CORNERS: [([f64; 2], f64); 9] = [
 /// A closed line, points a metre apart.
 #[derive(Debug, Clone)]
 pub struct Circuit {
-    /// m.
+    /// Points, m.
     pub points: Vec<[f64; 2]>,
     /// Without jumps over the lap, rad.
     pub heading: Vec<f64>,
@@ -56,13 +57,13 @@ pub struct Circuit {
 
 impl Circuit {
     /// The built-in track; its hills climb by at most `grade` (rise over run), twice up and down a lap.
-    pub fn new(grade: f64) -> Self {
-        Self::through(&CORNERS, grade)
+    pub fn new(grade: f64, smoothing: f64) -> Self {
+        Self::through(&CORNERS, grade, smoothing)
     }
 
     /// A track like it: larger or smaller, half of them mirrored, every corner elsewhere and of another radius. The
     /// start line's straight stays where it is.
-    pub fn drawn(grade: f64, random: &mut Random) -> Self {
+    pub fn drawn(grade: f64, smoothing: f64, random: &mut Random) -> Self {
         let side = if random.between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
         let size = random.between(0.9, 1.2);
         let corners = CORNERS.map(|([x, y], radius)| {
@@ -70,14 +71,14 @@ impl Circuit {
             let [x, y] = [x + moved(18.0), if y == 0.0 { 0.0 } else { y + moved(18.0) }];
             ([size * x, side * size * y], size * radius * (1.0 + moved(0.12)))
         });
-        Self::through(&corners, grade)
+        Self::through(&corners, grade, smoothing)
     }
 
-    fn through(corners: &[([f64; 2], f64)], grade: f64) -> Self {
+    fn through(corners: &[([f64; 2], f64)], grade: f64, smoothing: f64) -> Self {
         let rough = rounded(corners);
         // finely before it is thinned out, else the chords show in the curvature
         let even = evenly(&rough, FINE);
-        let smooth = evenly(&smoothed(&even, SMOOTHING / FINE), SPACING);
+        let smooth = evenly(&smoothed(&even, smoothing / FINE), SPACING);
         let n = smooth.len();
         let at = |i: isize| smooth[i.rem_euclid(n as isize) as usize];
         let spacing = distance(smooth[0], smooth[1]);
@@ -259,7 +260,7 @@ fn nearest_ahead(corners: &[([f64; 2], f64)], points: &[[f64; 2]]) -> Vec<usize>
     (0..points.len()).map(|i| middles.iter().position(|m| *m >= i).unwrap_or(0)).collect()
 }
 
-/// What a rider allows himself, by the point of the whole ride.
+/// Limits of the rider, by the point of the whole ride.
 #[derive(Debug, Clone)]
 pub(crate) struct Limits {
     /// Lateral acceleration in corners, m/s².
@@ -272,7 +273,7 @@ pub(crate) struct Limits {
     pub drive: Vec<f64>,
     /// Lateral acceleration at which nothing is left for braking or driving, over that of the corners.
     pub reserve: f64,
-    /// m/s.
+    /// Fastest, m/s.
     pub fastest: f64,
 }
 
@@ -316,7 +317,7 @@ mod tests {
 
     #[test]
     fn the_line_closes_turns_once_and_its_hills_end_where_they_began() {
-        let c = Circuit::new(0.02);
+        let c = Circuit::new(0.02, SMOOTHING);
         let n = c.len();
         let gap = distance(c.points[n - 1], c.points[0]);
         assert!((gap - c.spacing).abs() < 0.02, "{gap}");
@@ -337,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_place_beside_the_line_is_found_again() {
-        let c = Circuit::new(0.0);
+        let c = Circuit::new(0.0, SMOOTHING);
         for i in (0..c.len()).step_by(37) {
             let (sin, cos) = c.heading[i].sin_cos();
             let p = [c.points[i][0] - 1.5 * sin, c.points[i][1] + 1.5 * cos];

@@ -6,17 +6,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::tyre::paper::{Input, Output};
 use crate::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
-/// What is left of both tyres' forces, a share, while they are ridden.
+/// Remaining share of both tyres' forces while they are ridden.
 #[derive(Debug, Clone)]
-pub(super) struct Left(Arc<AtomicU64>);
+pub(super) struct RemainingGrip(Arc<AtomicU64>);
 
-impl Left {
-    /// All of it.
+impl RemainingGrip {
     pub(super) fn all() -> Self {
-        Left(Arc::new(AtomicU64::new(1.0_f64.to_bits())))
+        RemainingGrip(Arc::new(AtomicU64::new(1.0_f64.to_bits())))
     }
 
-    /// Puts it.
     pub(super) fn set(&self, share: f64) {
         self.0.store(share.to_bits(), Ordering::Relaxed);
     }
@@ -30,10 +28,9 @@ impl Left {
 /// peak friction fall in the same measure at every slip.
 #[derive(Debug, Clone)]
 pub(super) struct Fading {
-    /// The fresh tyre.
     pub base: Box<dyn TyreModel>,
-    /// What is left of it.
-    pub left: Left,
+    /// Remaining share of its forces.
+    pub left: RemainingGrip,
 }
 
 impl TyreModel for Fading {

@@ -74,7 +74,7 @@ fn attempted(track: &Track, mut entry: Entry, number: usize) -> Result<TrackRide
     let decisions = (100.0 / track.rate).ceil().max(1.0) as usize;
     let period = 1.0 / (track.rate * decisions as f64);
     let substeps = (period / STEP).ceil().max(1.0) as usize;
-    let left = fade::Left::all();
+    let left = fade::RemainingGrip::all();
     if track.fade != 0.0 {
         let fading =
             |base| Box::new(fade::Fading { base, left: left.clone() }) as Box<dyn TyreModel>;
@@ -187,7 +187,7 @@ fn attempted(track: &Track, mut entry: Entry, number: usize) -> Result<TrackRide
     Ok(TrackRide { entry, ride, hands, crossings, failed: Vec::new() })
 }
 
-/// What is going on: a corner by its lean, else what the brakes say. Engine braking is driving.
+/// Current manoeuvre: a corner by its lean, else what the brakes say. Engine braking is driving.
 fn kind(hands: &Hands, roll: f64) -> (ManoeuvreKind, Option<Direction>) {
     let pressed = hands.pressure.map(|p| p > 5e4);
     if roll.abs() > CORNER {

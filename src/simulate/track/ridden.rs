@@ -13,7 +13,7 @@ pub(crate) const CORNER: f64 = 0.21;
 /// A session on the track with everything known about it.
 #[derive(Debug, Clone)]
 pub struct TrackRide {
-    /// What it was ridden with.
+    /// Machine and settings of the ride.
     pub entry: Entry,
     /// Log, labels and samples.
     pub ride: MultibodyRide,

@@ -24,7 +24,7 @@ const AHEAD: f64 = 0.2;
 /// Lean over that of a wheel without width: what round tyres and spinning wheels add.
 const FATTER: f64 = 1.10;
 
-/// What a rider dares.
+/// Pace of a rider.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     /// Lateral acceleration in corners, m/s².
@@ -33,11 +33,11 @@ pub struct Pace {
     pub brake: f64,
     /// Acceleration, m/s².
     pub drive: f64,
-    /// m/s.
+    /// Fastest, m/s.
     pub fastest: f64,
 }
 
-/// What the rider does to a corner of one lap.
+/// Approach of the rider to a corner of one lap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Approach {
     /// Share of the pace's deceleration.
@@ -57,11 +57,11 @@ struct Approach {
 pub struct Hands {
     /// Line pressures, Pa.
     pub pressure: [f64; 2],
-    /// 0 to 1.
+    /// Throttle, 0 to 1.
     pub throttle: f64,
-    /// 1 to 6.
+    /// Gear, 1 to 6.
     pub gear: usize,
-    /// rev/min.
+    /// Revolutions, rev/min.
     pub revolutions: f64,
     /// Whether the gear is being changed: neither drive nor drag.
     pub shifting: bool,
@@ -184,7 +184,7 @@ impl<'a> Rider<'a> {
         action
     }
 
-    /// Lean in the bend that comes at a distance along the line.
+    /// Lean in the corner that comes at a distance along the line.
     fn lean_at(&self, along: f64, speed: f64) -> f64 {
         let lateral = self.circuit.value(&self.circuit.curvature, along) * speed * speed;
         -FATTER * (lateral / GRAVITY).atan()

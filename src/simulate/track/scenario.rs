@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::circuit::Circuit;
+use super::circuit::{Circuit, SMOOTHING};
 use super::drivetrain::Drivetrain;
 use super::rider::Pace;
 use crate::GRAVITY;
@@ -69,6 +69,8 @@ struct File {
     unevenness: [f64; 2],
     #[serde(default)]
     varied_circuit: bool,
+    #[serde(default = "usual_smoothing")]
+    smoothing: f64,
     #[serde(default)]
     disturbance: Disturbance,
     #[serde(default)]
@@ -89,25 +91,25 @@ fn hundred() -> f64 {
 fn sports() -> String {
     "sports_small".to_owned()
 }
+fn usual_smoothing() -> f64 {
+    SMOOTHING
+}
 fn usual_friction() -> [f64; 2] {
     [1.3, 1.45]
 }
 
-/// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Track {
     /// Name: the start of the session ids.
     pub name: String,
-    /// What it is for.
+    /// Purpose, in words.
     #[cfg_attr(not(feature = "internals"), allow(dead_code))] // for tests and studies
     pub description: String,
     /// Sessions; each has a machine of its own where they are varied.
     pub sessions: usize,
-    /// Laps of each.
     pub laps: usize,
     /// Share of the tyres' horizontal forces that is gone at the end of a session; it goes evenly.
     pub fade: f64,
-    /// Of all randomness.
     pub seed: u64,
     /// Of the contract's log, Hz.
     pub rate: f64,
@@ -128,6 +130,8 @@ pub struct Track {
     pub unevenness: [f64; 2],
     /// Whether sessions after the first have circuits of their own.
     pub varied_circuit: bool,
+    /// Width over which the corners of the line are smoothed, m.
+    pub smoothing: f64,
     /// Gusts, pads that bite anew and a rider who trembles.
     pub disturbance: Disturbance,
     /// Errors by channel of the contract's log.
@@ -138,7 +142,7 @@ pub struct Track {
     pub loggers: Vec<Profile>,
     /// The motorcycle of the first session, and of all where they do not vary.
     pub own: Motorcycle,
-    /// What its bike file says beside what can be weighed and measured; drawn machines have files of their own.
+    /// Keys of its bike file beside what can be weighed and measured; drawn machines have files of their own.
     pub belief: toml::Table,
 }
 
@@ -147,13 +151,12 @@ pub struct Track {
 pub struct Entry {
     /// The motorcycle on its road.
     pub model: Model,
-    /// What the analyst's bike file says.
+    /// The analyst's bike file.
     pub bike: Bike,
     /// Engine and gears.
     pub drivetrain: Drivetrain,
-    /// The line.
     pub circuit: Circuit,
-    /// What the rider dares.
+    /// Pace of the rider.
     pub pace: Pace,
     /// Wind in road axes, m/s.
     pub wind: [f64; 2],
@@ -192,6 +195,7 @@ impl Track {
         };
         within("laps", given.laps as f64, 1.0, 100.0)?;
         within("fade", given.fade, -0.5, 0.5)?;
+        within("smoothing", given.smoothing, 3.0, 40.0)?;
         within("sessions", given.sessions as f64, 1.0, 100_000.0)?;
         within("rate", given.rate, 50.0, 500.0)?;
         for (name, range, [low, high]) in [
@@ -229,6 +233,7 @@ impl Track {
             wind: given.wind,
             unevenness: given.unevenness,
             varied_circuit: given.varied_circuit,
+            smoothing: given.smoothing,
             disturbance: given.disturbance,
             sensors: given.sensors,
             imu: given.imu,
@@ -238,7 +243,7 @@ impl Track {
         })
     }
 
-    /// What the session of a number is ridden with; another `attempt` has another machine, if they vary, and a
+    /// Machine and settings of the session of a number; another `attempt` has another machine, if they vary, and a
     /// rider who dares less.
     ///
     /// # Errors
@@ -296,8 +301,8 @@ impl Track {
         // a stream of its own: what it draws changes nothing above
         let mut random = Random::new(self.seed, &format!("{} road {number}", self.name));
         let circuit = match self.varied_circuit && drawn {
-            true => Circuit::drawn(grade, &mut random),
-            false => Circuit::new(grade),
+            true => Circuit::drawn(grade, self.smoothing, &mut random),
+            false => Circuit::new(grade, self.smoothing),
         };
         let density = random.between(self.unevenness[0], self.unevenness[1]);
         let friction = peak / weaker(&motorcycle);

@@ -13,13 +13,13 @@ pub struct Doing {
     pub what: &'static str,
     /// From the log's start, s.
     pub start: f64,
-    /// s.
+    /// End, s.
     pub end: f64,
     /// Counted from 1.
     pub lap: usize,
 }
 
-/// What was done when, without gaps.
+/// Manoeuvres in time, without gaps.
 pub fn doings(ridden: &TrackRide) -> Vec<Doing> {
     let (rate, length) = (ridden.ride.session.rate, ridden.entry.circuit.length);
     let mut out: Vec<Doing> = Vec::new();
@@ -56,9 +56,9 @@ struct Notes<'a> {
     cg_height: f64,
     /// Peak friction of the tyres' own road by which the road's multiplies.
     road_friction: f64,
-    /// N m/Pa.
+    /// Brake gain, N m/Pa.
     brake_gain: [f64; 2],
-    /// kg/m.
+    /// Drag, kg/m.
     drag: f64,
     wheel_inertia: [f64; 2],
     crown_radius: [f64; 2],
@@ -68,7 +68,7 @@ struct Notes<'a> {
     wind: [f64; 2],
     steepest_grade: f64,
     lap_length: f64,
-    /// s.
+    /// Crossings, s.
     crossings: &'a [f64],
     attempts_that_fell: &'a [String],
     drivetrain: Drivetrain,

@@ -172,7 +172,7 @@ fn stat_of(meta: &ObjectMeta) -> Stat {
     }
 }
 
-/// What is known of one object.
+/// Known properties of one object.
 ///
 /// # Errors
 /// It is not there (`NotFound`), or the store does not answer.
@@ -233,7 +233,7 @@ pub(crate) fn get_version(url: &Url, etag: Option<&str>) -> Result<Bytes> {
             arrival::names_are_others(); // the same twice: that was no accident
             return Ok(bytes);
         }
-        tracing::warn!("{url}: arrived otherwise than it is there; asking again");
+        tracing::warn!("{url}: the received bytes do not match the checksum; asking again");
         before = Some(bytes);
     }
     Err(never_whole(url))
@@ -241,7 +241,8 @@ pub(crate) fn get_version(url: &Url, etag: Option<&str>) -> Result<Bytes> {
 
 fn never_whole(url: &Url) -> Error {
     Error::other(format!(
-        "{url}: bits are lost on the way, {TRIES} times over; look at the network, or use https"
+        "{url}: the received bytes do not match the checksum, {TRIES} times in a row; check the \
+         network, or use https"
     ))
 }
 
@@ -282,7 +283,7 @@ pub(crate) fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
         .unwrap_or_else(|e| urls.iter().map(|_| Err(Error::new(e.kind(), e.to_string()))).collect())
 }
 
-/// Whether an object is better fetched as a whole, so that what arrives can be held against its name.
+/// Whether an object is better fetched as a whole, so that the bytes can be checked against its name.
 pub(crate) fn should_be_whole(stat: &Stat) -> bool {
     stat.size <= WHOLE
         && stat.etag.as_deref().is_some_and(arrival::is_checksum)
@@ -317,7 +318,7 @@ pub(crate) fn get_ranges(
     for (part, range) in parts.iter().zip(&merged) {
         add(Counter::Read, part.len() as u64);
         if part.len() as u64 != range.end - range.start {
-            let what = format!("{url}: {} bytes came instead of {range:?}", part.len());
+            let what = format!("{url}: received {} bytes instead of {range:?}", part.len());
             return Err(Error::new(ErrorKind::UnexpectedEof, what));
         }
     }
@@ -355,7 +356,7 @@ pub(crate) fn put(url: &Url, bytes: &[u8]) -> Result<()> {
         if !arrival::differs(done.e_tag.as_deref(), &bytes) || get(url)? == bytes {
             return Ok(());
         }
-        tracing::warn!("{url}: is there otherwise than it was sent; sending it again");
+        tracing::warn!("{url}: the stored bytes do not match the checksum; sending it again");
     }
     Err(never_whole(url))
 }

@@ -24,7 +24,7 @@ impl HttpConnector for Counting {
 #[derive(Debug)]
 struct Counted(HttpClient);
 
-/// What a request is for. A listing is a GET like others, but for its query.
+/// Kind of a request. A listing is a GET like others, but for its query.
 fn kind(method: &str, query: &str) -> Counter {
     let lists = ["list-type=", "comp=list", "prefix=", "max-keys=", "maxResults="];
     match method {

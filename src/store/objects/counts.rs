@@ -29,7 +29,6 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Every request.
     pub fn requests(&self) -> u64 {
         self.get + self.head + self.list + self.put + self.delete + self.other
     }

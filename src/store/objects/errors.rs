@@ -64,14 +64,15 @@ pub(super) fn explain(url: &Url, error: object_store::Error) -> Error {
             ErrorKind::PermissionDenied,
             format!("{url}: the credentials are not accepted (401); set {names}"),
         ),
-        E::AlreadyExists { .. } => (ErrorKind::AlreadyExists, format!("{url} is there already")),
+        E::AlreadyExists { .. } => (ErrorKind::AlreadyExists, format!("{url} exists already")),
         E::Precondition { .. } => (
             ErrorKind::AlreadyExists,
-            format!("{url} was written anew while it was in use; run again"),
+            format!("{url} was overwritten while it was in use; run again"),
         ),
-        E::NotImplemented { .. } | E::NotSupported { .. } => {
-            (ErrorKind::Unsupported, format!("{url}: this store cannot do that: {text}"))
-        }
+        E::NotImplemented { .. } | E::NotSupported { .. } => (
+            ErrorKind::Unsupported,
+            format!("{url}: the store does not support this request: {text}"),
+        ),
         _ => (ErrorKind::Other, format!("{url}: {}{}", text.trim(), advice(url, &text))),
     };
     Error::new(kind, message)

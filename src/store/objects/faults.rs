@@ -27,7 +27,7 @@ pub(crate) fn note(log: &Location, error: &Error) {
     noted().entry(log.clone()).or_insert(copy);
 }
 
-/// What was noted of a log since it was asked for last.
+/// Faults noted of a log since it was asked for last.
 pub(crate) fn take(log: &Location) -> Option<Error> {
     noted().remove(log)
 }

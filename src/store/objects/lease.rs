@@ -188,7 +188,7 @@ impl Drop for Lease {
     }
 }
 
-/// What is there, and its etag; `None` if it went or changed meanwhile, or is not readable.
+/// Content, and its etag; `None` if it went or changed meanwhile, or is not readable.
 fn look(url: &Url) -> Result<Option<(Held, Option<String>)>> {
     let seen = client::stat(url).and_then(|stat| {
         let range = 0..stat.size;

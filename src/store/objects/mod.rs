@@ -5,8 +5,8 @@
 //! url        the address of an object or a prefix
 //! files      reading, writing, listing, removing, whichever of the two it is
 //! replace    files of this machine that are replaced whole, and those at names of our own
-//! search     the files of a folder or prefix, or behind a glob pattern
-//! pattern    the files behind a glob pattern
+//! search     the files of a folder or prefix, or those that match a glob pattern
+//! pattern    the files that match a glob pattern
 //! source     an open log: the readers need not know where it is
 //! faults     what an open log did not give
 //! packed     a log that was packed as a whole, unpacked

@@ -13,7 +13,6 @@ use super::stat::Stat;
 /// Largest log after unpacking, bytes: it is kept in memory while it is read.
 const LARGEST: u64 = 1 << 30;
 
-/// An unpacked log.
 #[derive(Debug, Clone)]
 pub(crate) struct Unpacked {
     /// Its bytes, as far as they could be unpacked.
@@ -72,7 +71,8 @@ fn read(unpacking: impl Read) -> Result<Unpacked> {
     let mut bytes = Vec::new();
     let end = unpacking.take(LARGEST + 1).read_to_end(&mut bytes);
     if bytes.len() as u64 > LARGEST {
-        let message = format!("unpacked it is more than {} MB; unpack it yourself", LARGEST >> 20);
+        let message =
+            format!("it unpacks to more than {} MB; unpack it before the run", LARGEST >> 20);
         return Err(Error::new(ErrorKind::FileTooLarge, message));
     }
     let broken = match end {

@@ -1,4 +1,4 @@
-//! The files and folders of this machine behind a glob pattern, whatever bytes their names have.
+//! The files and folders of this machine that match a glob pattern, whatever bytes their names have.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,6 @@ pub(super) type Expanded = Result<PathBuf, (PathBuf, String)>;
 enum Part {
     /// No wildcard in it.
     Name(String),
-    /// One name.
     Some(Pattern),
     /// `**`: folders, as deep as there are any.
     Deep,
@@ -38,7 +37,7 @@ pub(super) fn expand(pattern: &str) -> Result<Vec<Expanded>, PatternError> {
         })
         .collect::<Result<Vec<Part>, _>>()?;
     let mut found = Vec::new();
-    // without the separator behind it
+    // without the separator after it
     let base: PathBuf = Path::new(&pattern[..base]).components().collect();
     below(&base, &parts, &mut found);
     if pattern.ends_with(std::path::is_separator) {
@@ -50,7 +49,7 @@ pub(super) fn expand(pattern: &str) -> Result<Vec<Expanded>, PatternError> {
     Ok(found)
 }
 
-/// What the parts match below a folder.
+/// Matches of the parts below a folder.
 fn below(folder: &Path, parts: &[Part], found: &mut Vec<Expanded>) {
     let cannot = |path: &Path, why: String| Err((path.to_owned(), why));
     let Some((first, rest)) = parts.split_first() else {
@@ -88,7 +87,7 @@ fn below(folder: &Path, parts: &[Part], found: &mut Vec<Expanded>) {
                 }
             }
         }
-        // behind it comes nothing: a folder is searched through all its depths anyway
+        // after it comes nothing: a folder is searched through all its depths anyway
         Part::Deep if rest.is_empty() => {
             if place.is_dir() {
                 found.push(Ok(place.to_owned()));

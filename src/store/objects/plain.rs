@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::io::{Error, ErrorKind};
 
-/// What the standard library puts behind the system's own words.
+/// Suffix of the standard library after the system's own words.
 const MARK: &str = " (os error ";
 
 /// A message in which the system's own words, `No such file or directory (os error 2)`, are plain ones. Other errors
@@ -14,11 +14,11 @@ pub(crate) fn plain(message: &str) -> Cow<'_, str> {
     }
     let mut text = String::new();
     let mut rest = message;
-    while let Some((before, behind)) = rest.split_once(MARK) {
-        let number = behind.split_once(')').and_then(|(n, end)| Some((n.parse().ok()?, end)));
+    while let Some((before, after)) = rest.split_once(MARK) {
+        let number = after.split_once(')').and_then(|(n, end)| Some((n.parse().ok()?, end)));
         let Some((code, end)) = number else {
             text = text + before + MARK;
-            rest = behind;
+            rest = after;
             continue;
         };
         let said = Error::from_raw_os_error(code);
@@ -40,7 +40,7 @@ fn words(kind: ErrorKind, system: &str) -> String {
         ErrorKind::PermissionDenied => "permission denied",
         ErrorKind::IsADirectory => "it is a folder, not a file",
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
-        ErrorKind::AlreadyExists => "it is there already",
+        ErrorKind::AlreadyExists => "it exists already",
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only",
         _ => system,
     };

@@ -1,4 +1,4 @@
-//! The files behind what a user named: a file, a folder or prefix, or a glob pattern; by the same
+//! The files of an input that a user gives: a file, a folder or prefix, or a glob pattern; by the same
 //! rules here and in an object store.
 //!
 //! Where a folder's objects were listed, no further request is made for them: [`super::source`]
@@ -18,13 +18,11 @@ use super::{client, pattern, source};
 /// Something that is there.
 #[derive(Debug)]
 pub(crate) struct Match {
-    /// Its location.
     pub location: Location,
-    /// What it is.
     pub kind: MatchKind,
 }
 
-/// What a [`Match`] is.
+/// Kind of a [`Match`].
 #[derive(Debug)]
 pub(crate) enum MatchKind {
     /// A file or an object.
@@ -48,7 +46,7 @@ pub(crate) struct Folder {
 /// A file below a folder, or why a part of the folder could not be searched.
 pub(crate) type Searched = std::result::Result<Location, (Location, String)>;
 
-/// What is behind a name: nothing, the file or folder of that name, or all that a glob pattern
+/// Matches of a name: nothing, the file or folder of that name, or all that a glob pattern
 /// matches. Of a key that `is_file_name` takes for a file's the object is asked for first, of any
 /// other the listing: mostly one request is enough.
 ///
@@ -161,7 +159,6 @@ fn remote_pattern(pattern: &Url) -> Result<Vec<Match>> {
 }
 
 impl Folder {
-    /// Where it is.
     pub(crate) fn location(&self) -> &Location {
         &self.location
     }

@@ -27,13 +27,13 @@ use super::packed::{self, Unpacked};
 use super::stat::Stat;
 use super::url::Url;
 
-/// What is fetched at a time where a log is read from its start to its end.
+/// Bytes fetched at a time where a log is read from its start to its end.
 const BLOCK: u64 = 8 << 20;
 
-/// What is fetched at least where a reader jumps.
+/// Bytes fetched at least where a reader jumps.
 const AHEAD: u64 = 64 << 10;
 
-/// What is known of a log, local or not.
+/// Known properties of a log, local or not.
 ///
 /// # Errors
 /// It is not there or cannot be asked for.
@@ -44,7 +44,7 @@ pub(crate) fn stat(log: impl Into<Location>) -> Result<Stat> {
     }
 }
 
-/// What names a log's bytes, without a look at them: the store's ETag and the size.
+/// Identity of a log's bytes, without a look at them: the store's ETag and the size.
 ///
 /// # Errors
 /// As [`stat`].
@@ -59,20 +59,20 @@ pub(crate) fn identity(url: &Url) -> Result<String> {
     })
 }
 
-type Known = Mutex<HashMap<Url, Stat>>;
+type StatCache = Mutex<HashMap<Url, Stat>>;
 
-fn known() -> &'static Known {
-    static KNOWN: OnceLock<Known> = OnceLock::new();
-    KNOWN.get_or_init(Mutex::default)
+fn stat_cache() -> &'static StatCache {
+    static CACHE: OnceLock<StatCache> = OnceLock::new();
+    CACHE.get_or_init(Mutex::default)
 }
 
 /// Keeps a listing's entry of a log, until it is listed again.
 pub(crate) fn remember(url: Url, stat: Stat) {
-    known().lock().unwrap_or_else(PoisonError::into_inner).insert(url, stat);
+    stat_cache().lock().unwrap_or_else(PoisonError::into_inner).insert(url, stat);
 }
 
 fn stat_of(url: &Url) -> Result<Stat> {
-    let listed = known().lock().unwrap_or_else(PoisonError::into_inner).get(url).cloned();
+    let listed = stat_cache().lock().unwrap_or_else(PoisonError::into_inner).get(url).cloned();
     match listed {
         Some(stat) => Ok(stat),
         None => {
@@ -83,14 +83,11 @@ fn stat_of(url: &Url) -> Result<Stat> {
     }
 }
 
-/// An open log.
 #[derive(Debug)]
 pub(crate) enum Source {
-    /// A file.
     Local(LocalLog),
-    /// An object.
     Remote(Remote),
-    /// What was in a packed log.
+    /// Content of a packed log.
     Unpacked(Cursor<Bytes>),
 }
 
@@ -115,7 +112,7 @@ impl LocalLog {
         Ok(meta.inspect_err(|e| faults::note(&self.log, e))?.len())
     }
 
-    /// What is at a place, wherever the reader is.
+    /// Bytes at a place, wherever the reader is.
     ///
     /// # Errors
     /// The file ends before, or cannot be read.
@@ -205,7 +202,7 @@ struct Log {
 }
 
 impl Log {
-    /// What is here from a place on; empty if nothing is.
+    /// Bytes present from a place on; empty if nothing is.
     fn here(&self, at: u64) -> Bytes {
         let parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
         let before = parts.range(..=at).next_back();

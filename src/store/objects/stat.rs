@@ -5,7 +5,7 @@ use std::time::SystemTime;
 /// Size, version and age of a file or object.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stat {
-    /// Bytes.
+    /// Size, bytes.
     pub size: u64,
     /// The store's ETag of just these bytes, without quotes; `None` for local files.
     pub etag: Option<String>,

@@ -30,7 +30,7 @@ impl Scheme {
 /// An address in an object store.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Url {
-    /// Whose store.
+    /// Kind of the store.
     pub scheme: Scheme,
     /// Bucket, or container.
     pub bucket: String,

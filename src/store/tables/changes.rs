@@ -12,16 +12,16 @@ const COMMON: [(&str, &str); 5] = [
     ("site", "site"),
     ("day", "day"),
 ];
-/// What stands before the words where the rides are the rest.
+/// Text before the words where the rides are the rest.
 pub(crate) const REST: &str = "all but ";
 
-/// What rides have in common, by the name that the column `rides` has, in words with its value: `rider anna`.
+/// Common property of rides, by the name that the column `rides` has, in words with its value: `rider anna`.
 pub(crate) fn common_words(rides: &str, value: &str) -> String {
     let known = COMMON.iter().find(|(name, _)| *name == rides);
     format!("{} {value}", known.map_or(rides, |(_, words)| *words))
 }
 
-/// What a ride has in common with others, by the name that the column `rides` has, in words: `rider anna`. `None` where its
+/// Property that a ride has in common with others, by the name that the column `rides` has, in words: `rider anna`. `None` where its
 /// log does not say.
 pub(crate) fn common(rides: &str, ident: &Ident, around: &Circumstances) -> Option<String> {
     let value = match rides {
@@ -55,7 +55,7 @@ fn date(ident: &Ident) -> Option<&str> {
     ident.start_time.as_deref().and_then(|t| t.get(..10))
 }
 
-/// How many rides of a motorcycle are as before; `None` where none can be compared.
+/// Number of rides of a motorcycle that are as before; `None` where none can be compared.
 pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
     let of = |is: &dyn Fn(&ChangeRow) -> bool| {
         let rides = rows.iter().filter(|r| r.rides == "ride" && is(r));

@@ -104,7 +104,7 @@ struct Columns<'t> {
     /// Which of them the row has given so far, and how many it has not.
     given: Vec<bool>,
     missing: usize,
-    /// Whole rows.
+    /// Number of complete rows.
     rows: usize,
     /// The column that is looked at first: fields come in the schema's order, mostly.
     next: usize,
@@ -178,7 +178,7 @@ fn refused<T>(what: &str) -> Result<T, Refused> {
     Err(Refused(format!("{what} has no place in a row of a table")))
 }
 
-/// Refuses the kinds of values that are named.
+/// Refuses values of the given kinds.
 macro_rules! refuse {
     ($($method:ident($($kind:ty),*);)*) => {
         $(fn $method(self, $(_: $kind),*) -> Result<Self::Ok, Refused> { refused(stringify!($method)) })*

@@ -14,7 +14,7 @@ use parquet::schema::types::ColumnPath;
 use serde::Serialize;
 
 use crate::contract::instant;
-use crate::contract::schema::Table;
+use crate::contract::schema::{Column, Table};
 use crate::store::objects::Location;
 pub(crate) use crate::store::objects::replace::TEMPORARY;
 use crate::store::tables::columns;
@@ -27,17 +27,17 @@ pub enum Error {
     /// The file system or the object store refuses.
     #[error("cannot write {path}: {source}")]
     Io {
-        /// The file.
+        /// Path or URL of the file.
         path: Location,
-        /// Why.
+        /// Error of the operating system or the object store.
         source: std::io::Error,
     },
     /// The rows do not fit the schema: our own mistake.
     #[error("table `{table}`: {source}")]
     Encode {
-        /// The table.
+        /// Name of the table.
         table: String,
-        /// What does not fit.
+        /// Difference from the schema.
         source: Mismatch,
     },
 }
@@ -55,8 +55,15 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
         .map_err(|source| Error::Encode { table: table.name.clone(), source })
 }
 
+/// The column as a batch has it: by its name, or by the former one where an earlier version of the table was written.
+pub(super) fn stored<'b>(column: &Column, batch: &'b RecordBatch) -> Option<&'b ArrayRef> {
+    let by = |name: &str| batch.column_by_name(name);
+    by(&column.name).or_else(|| by(column.former.as_deref()?))
+}
+
 /// A batch in the types of its table's schema: of one whose instants are texts, or that an earlier roadbench wrote, whose
-/// ids are dictionaries. A column that may be null may be missing; one that the schema has not is left out.
+/// ids are dictionaries or whose columns have former names. A column that may be null may be missing; one that the schema
+/// has not is left out.
 ///
 /// # Errors
 /// A column is missing or of another type.
@@ -64,7 +71,7 @@ pub(crate) fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, M
     let columns: Vec<ArrayRef> = table
         .columns
         .iter()
-        .map(|column| match batch.column_by_name(&column.name) {
+        .map(|column| match stored(column, batch) {
             Some(array) => conform_column(&column.name, array, &column.data_type()),
             None if column.nullable => Ok(new_null_array(&column.data_type(), batch.num_rows())),
             None => Err(Mismatch::from(format!("it has no column `{}`", column.name))),
@@ -237,6 +244,45 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A batch under the names of the table's earlier version.
+    fn earlier(table: &Table, batch: &RecordBatch) -> RecordBatch {
+        let fields = batch.schema();
+        let fields = fields.fields().iter().zip(&table.columns).map(|(field, column)| {
+            let name = column.former.as_ref().unwrap_or(&column.name);
+            field.as_ref().clone().with_name(name)
+        });
+        let schema = arrow::datatypes::Schema::new(fields.collect::<Vec<_>>());
+        RecordBatch::try_new(Arc::new(schema), batch.columns().to_vec()).expect("the same columns")
+    }
+
+    /// Every renamed column of every table is read by its former name.
+    #[test]
+    fn a_table_of_the_earlier_version_becomes_one_of_this() {
+        let mut seen = Vec::new();
+        for spec in registry::ALL {
+            let table = spec.table();
+            if table.columns.iter().all(|column| column.former.is_none()) {
+                continue;
+            }
+            let row = spec.example.expect("its rows are structs")();
+            let now = batch_of(table, &[&row]).expect("a row");
+            let former = earlier(table, &now);
+            assert!(former.schema() != now.schema(), "{}", spec.name);
+            assert_eq!(typed(table, &former).expect("read"), now, "{}", spec.name);
+            seen.push(spec.name);
+        }
+        assert_eq!(seen, ["manoeuvres", "evidence", "bikes", "replays", "replay"]);
+        // the numbers of version 1 are whether a wheel is on the ground
+        let [front, _] = ["contact_front", "contact_rear"].map(|name| {
+            let numbers: ArrayRef =
+                Arc::new(arrow::array::Float64Array::from(vec![Some(1.0), Some(0.0), None]));
+            let column = registry::SIGNALS.table().column(name).expect("a column");
+            conform_column(name, &numbers, &column.data_type()).expect("a number")
+        });
+        let front: Vec<Option<bool>> = front.as_boolean().iter().collect();
+        assert_eq!(front, [Some(true), Some(false), None]);
     }
 
     #[test]

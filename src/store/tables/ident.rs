@@ -7,9 +7,9 @@ use crate::contract::session::Meta;
 /// Who and when, repeated in every per-session row.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ident {
-    /// The session.
+    /// Id of the session.
     pub session_id: String,
-    /// The bike.
+    /// Id of the motorcycle.
     pub bike_id: String,
     /// RFC 3339; in tables an instant, and in UTC when it is read back.
     pub start_time: Option<String>,
@@ -35,9 +35,7 @@ impl From<&Meta> for Ident {
 /// Where, by whom and on what tyres a session was ridden; what its log does not say is `None`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
-    /// Where.
     pub site: Option<String>,
-    /// Who rode.
     pub rider_id: Option<String>,
     /// On the front wheel.
     pub tyre_front: Option<String>,

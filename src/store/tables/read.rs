@@ -34,9 +34,9 @@ use crate::store::tables::mismatch::Mismatch;
 #[derive(Debug, thiserror::Error)]
 #[error("cannot read {}: {message}", path.display())]
 pub struct Error {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Message: what is wrong with the file.
     pub message: String,
 }
 
@@ -96,10 +96,21 @@ pub(crate) fn rows_of<R: Row + DeserializeOwned>(
 
 /// The schema of a table's file where it is a newer version than this roadbench has, `coefficients.v2`.
 pub(crate) fn newer_schema(spec: &TableSpec, file: impl ChunkReader + 'static) -> Option<String> {
+    let (schema, version) = schema_of(file)?;
+    (version > spec.table().version).then_some(schema)
+}
+
+/// Whether a table's file is of an earlier version of its schema.
+pub(crate) fn is_earlier(spec: &TableSpec, file: impl ChunkReader + 'static) -> bool {
+    schema_of(file).is_some_and(|(_, version)| version < spec.table().version)
+}
+
+/// Name and version of a table's schema, as its file has them.
+fn schema_of(file: impl ChunkReader + 'static) -> Option<(String, u32)> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
     let schema = builder.schema().metadata().get("roadbench.schema")?.clone();
-    let version: u32 = schema.rsplit_once(".v")?.1.parse().ok()?;
-    (version > spec.table().version).then_some(schema)
+    let version = schema.rsplit_once(".v")?.1.parse().ok()?;
+    Some((schema, version))
 }
 
 /// The batches of a file that is in memory.
@@ -158,7 +169,7 @@ pub(crate) fn batches(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBa
     selected(path, &about(path)?, only, None)
 }
 
-/// What a Parquet file says of itself, with its page index.
+/// Metadata of a Parquet file, with its page index.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -215,7 +226,7 @@ impl Columns {
                 continue;
             }
             let fail = |message: String| Error { path: path.to_owned(), message };
-            match batch.column_by_name(&column.name) {
+            match file::stored(column, batch) {
                 Some(array) => {
                     let array = file::conform_column(&column.name, array, &column.data_type())
                         .map_err(|e| fail(e.to_string()))?;
@@ -256,7 +267,7 @@ struct RowReader<'a> {
     row: usize,
 }
 
-/// What serde says of a row that it cannot read.
+/// Message of serde about a row that it cannot read.
 #[derive(Debug)]
 struct RowError(String);
 
@@ -380,9 +391,13 @@ impl<'de> Deserializer<'de> for Cell<'de> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::store::tables::file;
-    use crate::store::tables::rows::{Coefficient, Ident, Rejected, SessionRow, Status};
+    use crate::store::tables::rows::{
+        Coefficient, EvidenceRow, Ident, Rejected, SessionRow, Status,
+    };
 
     #[test]
     fn rows_come_back_as_they_were_written() {
@@ -413,6 +428,35 @@ mod tests {
             (None, Status::NotAvailable)
         );
         assert!(rows::<SessionRow>(out.path()).expect("none").is_empty());
+    }
+
+    /// As an earlier roadbench wrote it, by hand: two names of then, and none of today.
+    #[test]
+    fn a_row_of_the_earlier_version_is_read_by_its_former_names() {
+        use arrow::array::{BooleanArray, Float64Array, StringArray};
+        let text = |x: &str| Arc::new(StringArray::from(vec![x])) as ArrayRef;
+        let number = |x: f64| Arc::new(Float64Array::from(vec![x])) as ArrayRef;
+        let columns = [
+            ("session_id", text("s")),
+            ("bike_id", text("b")),
+            ("tyre", text("front")),
+            ("coefficient", text("mf_d")),
+            ("unit", text("1")),
+            ("status", text("ok")),
+            ("value", number(1.1)),
+            ("source", text("mass")),
+            ("shared", Arc::new(BooleanArray::from(vec![true])) as ArrayRef),
+            ("shift", number(0.02)),
+            ("source_value", number(250.0)),
+            ("source_sd", number(4.0)),
+        ];
+        let batch = RecordBatch::try_from_iter(columns).expect("a batch");
+        let out = tempfile::tempdir().expect("folder");
+        file::write_batch(out.path().join("evidence/bike=b/2026-05.parquet"), &batch).expect("it");
+        let read = rows::<EvidenceRow>(out.path()).expect("read");
+        let [row] = read.as_slice() else { panic!("{read:?}") };
+        let number = (row.sensitivity, row.source_value, row.source_std_error);
+        assert_eq!(number, (0.02, Some(250.0), Some(4.0)));
     }
 
     #[test]

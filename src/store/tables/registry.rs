@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::rows;
 use crate::contract::schema::{self, Table};
 
-/// What one file of a table holds, and where it is below the output folder.
+/// Contents of one file of a table, and where it is below the output folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
     /// The sessions of a motorcycle and month: `<table>/bike=<bike_id>/<month>.parquet`; on request, one session.
@@ -71,14 +71,13 @@ pub enum Presence {
     OnRequest,
 }
 
-/// One output table.
 #[derive(Debug)]
 pub struct TableSpec {
     /// Name of the table, of its schema and of its folder.
     pub name: &'static str,
     /// Text of its schema file.
     pub schema: &'static str,
-    /// What one file holds.
+    /// Contents of one file.
     pub scope: Scope,
     /// Who writes it; `rejected` is written by `diagnose` too.
     pub command: Command,
@@ -98,7 +97,7 @@ impl TableSpec {
     pub fn table(&self) -> &Table {
         self.table.get_or_init(|| {
             toml::from_str(self.schema)
-                .unwrap_or_else(|e| panic!("schemas/{}.v1.toml: {e}", self.name))
+                .unwrap_or_else(|e| panic!("the schema of {}: {e}", self.name))
         })
     }
 
@@ -114,8 +113,8 @@ pub trait Row: Serialize {
     fn spec() -> &'static TableSpec;
 }
 
-/// `CONSTANT: "name", row type, scope, command, presence;` a table that is written by columns has
-/// `-` for a row.
+/// `CONSTANT: "name" version, row type, scope, command, presence;` a table that is written by columns has
+/// `-` for a row. The version is that of its file in `schemas/`.
 macro_rules! tables {
     (@example -) => { None };
     (@example $row:ident) => {
@@ -129,13 +128,15 @@ macro_rules! tables {
             }
         }
     };
-    ($($constant:ident: $name:literal, $row:tt, $scope:ident, $command:ident, $presence:ident;)*) => {
+    ($($constant:ident: $name:literal $version:ident, $row:tt, $scope:ident, $command:ident, $presence:ident;)*) => {
         $(
             #[doc = concat!("The table `", $name, "`.")]
             #[allow(unreachable_pub)] // not every one is used outside of the crate
             pub static $constant: TableSpec = TableSpec {
                 name: $name,
-                schema: include_str!(concat!("../../../schemas/", $name, ".v1.toml")),
+                schema: include_str!(concat!(
+                    "../../../schemas/", $name, ".", stringify!($version), ".toml"
+                )),
                 scope: Scope::$scope,
                 command: Command::$command,
                 presence: Presence::$presence,
@@ -151,48 +152,48 @@ macro_rules! tables {
 }
 
 tables! {
-    SESSIONS: "sessions", SessionRow, Session, Run, Always;
-    MANOEUVRES: "manoeuvres", Manoeuvre, Session, Run, Always;
-    FORCES: "forces", ForceRow, Session, Run, WhereItApplies;
-    COEFFICIENTS: "coefficients", Coefficient, Session, Run, Always;
-    OUTLYING_MANOEUVRES: "outlying_manoeuvres", OutlyingManoeuvre, Session, Run, WhereItApplies;
-    TYRE_PARAMETERS: "tyre_parameters", TyreParameters, Session, Run, WhereItApplies;
-    EVIDENCE: "evidence", EvidenceRow, Session, Run, Always;
-    WARNINGS: "warnings", WarningRow, Session, Run, Always;
-    REJECTED: "rejected", Rejected, Log, Run, WhereItApplies;
-    PLOTS: "plots", PlotPoint, Session, Run, Always;
-    LAPS: "laps", LapRow, Session, Run, WhereItApplies;
-    LAP_CORNERS: "lap_corners", LapCornerRow, Session, Run, WhereItApplies;
-    LAP_POINTS: "lap_points", LapPointRow, Session, Run, WhereItApplies;
-    LAP_COEFFICIENTS: "lap_coefficients", LapCoefficientRow, Session, Run, WhereItApplies;
-    LAP_TRENDS: "lap_trends", LapTrendRow, Session, Run, WhereItApplies;
-    SIGNALS: "signals", -, Session, Run, OnRequest;
-    FLEET: "fleet", FleetRow, Fleet, Run, Always;
-    FLEET_POOLED: "fleet_pooled", PooledRow, Fleet, Run, Always;
-    FLEET_EVENTS: "fleet_events", EventRow, Fleet, Run, Always;
-    FLEET_RATIOS: "fleet_ratios", RatioRow, Fleet, Run, Always;
-    TYRES: "tyres", TyreRow, Fleet, Run, Always;
-    BIKES: "bikes", BikeRow, Fleet, Run, Always;
-    DIAGNOSES: "diagnoses", DiagnosisRow, Session, Diagnose, Always;
-    DISCREPANCIES: "discrepancies", DiscrepancyRow, Session, Diagnose, Always;
-    CAUSES: "causes", CauseRow, Session, Diagnose, Always;
-    REPLAYS: "replays", SimulatedSample, Session, Diagnose, WhereItApplies;
-    SIMULATION_ERRORS: "simulation_errors", SimulationError, Session, Diagnose, WhereItApplies;
-    ESTIMATES: "estimates", EstimateRow, Session, Diagnose, WhereItApplies;
-    EFFECT_TRACES: "effect_traces", EffectTrace, Session, Diagnose, WhereItApplies;
-    CHANGES: "changes", ChangeRow, Fleet, Diagnose, Always;
-    TRUTH: "truth", Truth, Truth, Simulate, WhereItApplies;
-    TRUTH_SEGMENTS: "truth_segments", TruthSegment, Truth, Simulate, Always;
-    TRUTH_SIGNALS: "truth_signals", TruthSignal, Truth, Simulate, WhereItApplies;
-    TRUTH_OFFROAD: "truth_offroad", TruthOffroad, Truth, Simulate, WhereItApplies;
-    MODES: "modes", ModeRow, Single, Modes, Always;
-    PEAKS: "peaks", PeakRow, Single, Simulate, OnRequest;
-    REPLAY: "replay", BrakingReplay, Single, Replay, Always;
-    BENCH: "bench", BenchRow, Single, Tyre, Always;
-    COMPARISON: "comparison", ComparisonRow, Single, Compare, OnRequest;
+    SESSIONS: "sessions" v1, SessionRow, Session, Run, Always;
+    MANOEUVRES: "manoeuvres" v2, Manoeuvre, Session, Run, Always;
+    FORCES: "forces" v1, ForceRow, Session, Run, WhereItApplies;
+    COEFFICIENTS: "coefficients" v2, Coefficient, Session, Run, Always;
+    OUTLYING_MANOEUVRES: "outlying_manoeuvres" v1, OutlyingManoeuvre, Session, Run, WhereItApplies;
+    TYRE_PARAMETERS: "tyre_parameters" v1, TyreParameters, Session, Run, WhereItApplies;
+    EVIDENCE: "evidence" v2, EvidenceRow, Session, Run, Always;
+    WARNINGS: "warnings" v1, WarningRow, Session, Run, Always;
+    REJECTED: "rejected" v1, Rejected, Log, Run, WhereItApplies;
+    PLOTS: "plots" v1, PlotPoint, Session, Run, Always;
+    LAPS: "laps" v1, LapRow, Session, Run, WhereItApplies;
+    LAP_CORNERS: "lap_corners" v1, LapCornerRow, Session, Run, WhereItApplies;
+    LAP_POINTS: "lap_points" v1, LapPointRow, Session, Run, WhereItApplies;
+    LAP_COEFFICIENTS: "lap_coefficients" v1, LapCoefficientRow, Session, Run, WhereItApplies;
+    LAP_TRENDS: "lap_trends" v1, LapTrendRow, Session, Run, WhereItApplies;
+    SIGNALS: "signals" v2, -, Session, Run, OnRequest;
+    FLEET: "fleet" v1, FleetRow, Fleet, Run, Always;
+    FLEET_POOLED: "fleet_pooled" v1, PooledRow, Fleet, Run, Always;
+    FLEET_EVENTS: "fleet_events" v1, EventRow, Fleet, Run, Always;
+    FLEET_RATIOS: "fleet_ratios" v1, RatioRow, Fleet, Run, Always;
+    TYRES: "tyres" v2, TyreRow, Fleet, Run, Always;
+    BIKES: "bikes" v2, BikeRow, Fleet, Run, Always;
+    DIAGNOSES: "diagnoses" v1, DiagnosisRow, Session, Diagnose, Always;
+    DISCREPANCIES: "discrepancies" v1, DiscrepancyRow, Session, Diagnose, Always;
+    CAUSES: "causes" v1, CauseRow, Session, Diagnose, Always;
+    REPLAYS: "replays" v2, SimulatedSample, Session, Diagnose, WhereItApplies;
+    SIMULATION_ERRORS: "simulation_errors" v1, SimulationError, Session, Diagnose, WhereItApplies;
+    ESTIMATES: "estimates" v1, EstimateRow, Session, Diagnose, WhereItApplies;
+    EFFECT_TRACES: "effect_traces" v1, EffectTrace, Session, Diagnose, WhereItApplies;
+    CHANGES: "changes" v1, ChangeRow, Fleet, Diagnose, Always;
+    TRUTH: "truth" v1, Truth, Truth, Simulate, WhereItApplies;
+    TRUTH_SEGMENTS: "truth_segments" v1, TruthSegment, Truth, Simulate, Always;
+    TRUTH_SIGNALS: "truth_signals" v1, TruthSignal, Truth, Simulate, WhereItApplies;
+    TRUTH_OFFROAD: "truth_offroad" v1, TruthOffroad, Truth, Simulate, WhereItApplies;
+    MODES: "modes" v1, ModeRow, Single, Modes, Always;
+    PEAKS: "peaks" v1, PeakRow, Single, Simulate, OnRequest;
+    REPLAY: "replay" v2, BrakingReplay, Single, Replay, Always;
+    BENCH: "bench" v1, BenchRow, Single, Tyre, Always;
+    COMPARISON: "comparison" v1, ComparisonRow, Single, Compare, OnRequest;
 }
 
-/// What else is below an output folder: extended models (a TOML file per diagnosed session, and one of what they share) and
+/// Other folders below an output folder: extended models (a TOML file per diagnosed session, and one of what they share) and
 /// the report's pages.
 pub(crate) const OTHER_FOLDERS: &[&str] = &["models", "report"];
 
@@ -232,10 +233,12 @@ pub(crate) fn read_by_reports() -> impl Iterator<Item = &'static str> {
     ALL.iter().filter(read).map(|spec| spec.name).chain(["models"])
 }
 
-/// The output table of that name, with or without its version (`causes`, `causes.v1`).
+/// The output table of that name, with or without its version or an earlier one (`causes`, `causes.v1`).
 pub fn find(name: &str) -> Option<&'static TableSpec> {
-    let name = name.strip_suffix(".v1").unwrap_or(name);
-    ALL.iter().copied().find(|spec| spec.name == name)
+    let version = name.rsplit_once(".v").and_then(|(name, v)| Some((name, v.parse().ok()?)));
+    let (name, version) = version.unwrap_or((name, 1_u32));
+    let spec = ALL.iter().copied().find(|spec| spec.name == name)?;
+    (1..=spec.table().version).contains(&version).then_some(spec)
 }
 
 /// The text of a schema file, by name with or without its version (`session`, `causes.v1`).
@@ -257,8 +260,12 @@ mod tests {
     /// The folder `schemas/` holds what is declared, and nothing else.
     #[test]
     fn every_schema_file_is_declared_once() {
+        let version = |text: &str| {
+            let table: toml::Table = text.parse().expect("TOML");
+            table["version"].as_integer().expect("a number")
+        };
         let declared: BTreeSet<String> =
-            schema_files().map(|(name, _)| format!("{name}.v1.toml")).collect();
+            schema_files().map(|(name, text)| format!("{name}.v{}.toml", version(text))).collect();
         assert_eq!(declared.len(), schema_files().count(), "two have one name");
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
         let there: BTreeSet<String> = std::fs::read_dir(folder)
@@ -287,6 +294,32 @@ mod tests {
             }
             assert_eq!(fields.len(), spec.table().columns.len(), "{}: {fields:?}", spec.name);
         }
+    }
+
+    /// A former name is none of another column: a file of the earlier version has one meaning. Where rows have a unit of
+    /// their own the schema says in which column.
+    #[test]
+    fn former_names_and_columns_of_units_are_clear() {
+        let mut renamed = 0;
+        for spec in ALL {
+            let table = spec.table();
+            let formers: Vec<&str> =
+                table.columns.iter().filter_map(|c| c.former.as_deref()).collect();
+            let distinct: BTreeSet<&str> = formers.iter().copied().collect();
+            assert_eq!(formers.len(), distinct.len(), "{}", spec.name);
+            assert!(formers.iter().all(|f| table.column(f).is_none()), "{}", spec.name);
+            assert!(formers.is_empty() || table.version > 1, "{}", spec.name);
+            renamed += formers.len();
+            for column in table.columns.iter().filter(|c| c.unit_column.is_some()) {
+                let of = column.unit_column.as_deref().and_then(|of| table.column(of));
+                assert!(of.is_some_and(|c| c.kind == "utf8"), "{}.{}", spec.name, column.name);
+                assert!(column.unit.is_none(), "{}.{}", spec.name, column.name);
+            }
+        }
+        assert!(renamed > 5, "{renamed}");
+        let found = ["bikes", "bikes.v1", "bikes.v2"].map(|name| find(name).map(|s| s.name));
+        assert_eq!(found, [Some("bikes"); 3]);
+        assert!(find("bikes.v3").is_none() && find("bikes.v0").is_none());
     }
 
     #[test]

@@ -27,35 +27,36 @@ pub struct Provenance {
     pub input_hash: String,
     /// BLAKE3 of the resolved pipeline and the bike file.
     pub pipeline_hash: String,
-    /// Of roadbench.
     pub version: String,
 }
 
 /// A row of `coefficients`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Coefficient {
-    /// Who and when.
+    /// Session, motorcycle and start.
     #[serde(flatten)]
     pub ident: Ident,
-    /// What the bike is called.
+    /// Name of the bike.
     pub motorcycle: Option<String>,
     /// `front`, `rear` or `vehicle`.
     pub tyre: String,
-    /// Model of the tyre.
+    /// Model of the tyre, from the log.
     pub tyre_model: Option<String>,
-    /// Name.
+    /// Key of the coefficient.
     pub coefficient: String,
+    /// The field's term; none in rows of an earlier version.
+    pub term: Option<String>,
     /// Symbol in the paper.
     pub symbol: String,
-    /// Estimate.
+    /// Estimate, in `unit`; none where it is not available.
     pub value: Option<f64>,
-    /// Unit.
+    /// Unit of value, errors and interval.
     pub unit: String,
-    /// Standard error.
+    /// Standard error, in `unit`.
     pub std_error: Option<f64>,
-    /// Interval.
+    /// Lower end of the 95 % interval.
     pub ci95_low: Option<f64>,
-    /// Interval.
+    /// Upper end of the 95 % interval.
     pub ci95_high: Option<f64>,
     /// Robust spread between manoeuvres.
     pub dispersion: Option<f64>,
@@ -73,9 +74,9 @@ pub struct Coefficient {
     pub status: Status,
     /// Why not `ok`.
     pub reason: Option<String>,
-    /// Its kind.
+    /// Code of the reason; it stays the same in later versions.
     pub reason_code: Option<String>,
-    /// What would change it.
+    /// Advice that would change it.
     pub advice: Option<String>,
     /// From what.
     #[serde(flatten)]
@@ -135,9 +136,9 @@ pub struct EvidenceRow {
     pub value: f64,
     pub source: String,
     pub shared: bool,
-    pub shift: f64,
+    pub sensitivity: f64,
     pub source_value: Option<f64>,
-    pub source_sd: Option<f64>,
+    pub source_std_error: Option<f64>,
 }
 
 /// A row of `manoeuvres`.
@@ -162,8 +163,8 @@ pub struct Manoeuvre {
     pub acceleration_x_peak: Option<f64>,
     pub acceleration_y_peak: Option<f64>,
     pub roll_peak: Option<f64>,
-    pub slip_front_peak: Option<f64>,
-    pub slip_rear_peak: Option<f64>,
+    pub slip_ratio_front_peak: Option<f64>,
+    pub slip_ratio_rear_peak: Option<f64>,
     pub flight_time: Option<f64>,
     pub landing_load_front: Option<f64>,
     pub landing_load_rear: Option<f64>,
@@ -409,6 +410,7 @@ pub struct TyreRow {
     pub specimen: Option<i64>,
     pub tyre_model: Option<String>,
     pub coefficient: String,
+    pub term: Option<String>,
     pub unit: String,
     pub value: f64,
     pub std_error: f64,
@@ -468,13 +470,13 @@ pub struct ComparisonRow {
 pub(crate) struct BikeRow {
     pub bike_id: String,
     pub source: String,
-    pub taken: Option<f64>,
-    pub taken_sd: Option<f64>,
-    pub found: Option<f64>,
-    pub found_sd: Option<f64>,
+    pub prior: Option<f64>,
+    pub prior_std_error: Option<f64>,
+    pub posterior: Option<f64>,
+    pub posterior_std_error: Option<f64>,
     pub shift: f64,
-    pub shift_sd: f64,
-    pub told: f64,
+    pub shift_std_error: f64,
+    pub variance_explained: f64,
     pub n_sessions: i64,
     pub reason: Option<String>,
     pub reason_code: Option<String>,
@@ -549,7 +551,7 @@ pub struct DiscrepancyRow {
 pub struct SimulatedSample {
     #[serde(flatten)]
     pub ident: Ident,
-    pub manoeuvre: i64,
+    pub replay_id: i64,
     pub kind: String,
     pub channel: String,
     pub unit: String,
@@ -580,14 +582,14 @@ pub struct SimulationError {
 }
 
 impl SimulationError {
-    /// Error, in noise floors, that must have gone or come for a person to see it.
+    /// Least visible change of the error, in multiples of the noise-only rms.
     const VISIBLE: f64 = 0.5;
-    /// Error, in noise floors, of which noise may be the only cause.
+    /// Largest error that may be noise only, in multiples of the noise-only rms.
     const OF_NOISE: f64 = 1.1;
-    /// Error, in noise floors, from which a simulation is wrong.
+    /// Least error of a wrong simulation, in multiples of the noise-only rms.
     const WRONG: f64 = 2.0;
 
-    /// Fall of the error by the named causes, in noise floors: that of the squares, with its sign; nil where
+    /// Fall of the error by the identified causes, in multiples of the noise-only rms: that of the squares, with its sign; nil where
     /// its interval holds no change.
     fn change(&self) -> f64 {
         let beyond = |end: Option<f64>, side: f64| end.is_some_and(|r| side * (r - 1.0) > 0.0);
@@ -597,7 +599,7 @@ impl SimulationError {
         squares.abs().sqrt().copysign(squares) / self.noise_floor
     }
 
-    /// Whether the named causes make the simulation better, by more than its interval and visibly.
+    /// Whether the identified causes make the simulation better, by more than its interval and visibly.
     pub fn is_better(&self) -> bool {
         self.change() > Self::VISIBLE
     }
@@ -611,7 +613,7 @@ impl SimulationError {
 
     /// By how much the simulation changes as a whole: the mean over channels and kinds of manoeuvres of the
     /// logarithm of the error after over that before, each with the noise that is there anyway added. Above nil it
-    /// gets worse. `None` where nothing was named.
+    /// gets worse. `None` without an identified cause.
     pub fn change_of_all(rows: &[SimulationError]) -> Option<f64> {
         let log = |r: &SimulationError| {
             let with_noise = |error: f64| error.hypot(r.noise_floor);
@@ -621,8 +623,8 @@ impl SimulationError {
         (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
     }
 
-    /// Share of what is beyond noise in the simulation that the named causes take away, over all channels and kinds of
-    /// manoeuvres in noise floors; `None` where nothing was named or nothing is beyond noise.
+    /// Share of the error beyond noise that the identified causes remove, over all channels and kinds of
+    /// manoeuvres in multiples of the noise-only rms; `None` without an identified cause or an error beyond noise.
     pub fn explained(rows: &[SimulationError]) -> Option<f64> {
         let beyond = |error: f64, r: &SimulationError| {
             ((error / r.noise_floor).powi(2) - 1.0).max(0.0) * r.n as f64
@@ -636,7 +638,7 @@ impl SimulationError {
         (before > 0.0).then(|| 1.0 - after / before)
     }
 
-    /// Error of the best model that there is, in noise floors.
+    /// Error of the best model, in multiples of the noise-only rms.
     pub fn in_floors(&self) -> f64 {
         self.rmse_extended.unwrap_or(self.rmse_base) / self.noise_floor
     }
@@ -657,7 +659,7 @@ impl SimulationError {
         out
     }
 
-    /// The rows that get better, the one by most noise floors first.
+    /// The rows that get better, the largest gain in multiples of the noise-only rms first.
     pub fn gains(rows: &[SimulationError]) -> Vec<&SimulationError> {
         let mut out: Vec<&SimulationError> = rows.iter().filter(|r| r.is_better()).collect();
         out.sort_by(|a, b| b.change().total_cmp(&a.change()));
@@ -775,11 +777,11 @@ pub(crate) struct BrakingReplay {
     pub start: f64,
     pub measured_deceleration: f64,
     pub simulated_deceleration: f64,
-    pub measured_slip: f64,
-    pub simulated_slip: f64,
+    pub slip_ratio_measured: f64,
+    pub slip_ratio_simulated: f64,
     pub delay: Option<f64>,
     pub rms_acceleration: f64,
-    pub rms_slip: f64,
+    pub slip_ratio_rms_difference: f64,
 }
 
 /// A row of `bench`.

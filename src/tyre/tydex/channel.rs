@@ -21,7 +21,7 @@ pub(crate) enum Axes {
     W,
 }
 
-/// What a channel is.
+/// Meaning of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Meaning {
     /// `LONGSLIP`.
@@ -72,7 +72,7 @@ impl Meaning {
         })
     }
 
-    /// What it is in.
+    /// Quantity of the channel.
     pub(crate) fn quantity(self) -> Quantity {
         match self {
             Meaning::SlipRatio => Quantity::Ratio,

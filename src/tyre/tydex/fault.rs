@@ -3,6 +3,6 @@
 use crate::contract::sentence_error::sentence_error;
 
 sentence_error! {
-    /// What is wrong with a line of a TYDEX file, or with all of it.
+    /// Error of a line of a TYDEX file, or with all of it.
     Fault
 }

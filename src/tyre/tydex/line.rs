@@ -13,11 +13,11 @@ const NUMBERS: [usize; 4] = [50, 60, 70, 80];
 pub(crate) struct Entry {
     /// In the format's name, or the vendor's.
     pub name: String,
-    /// What it is, if that is read.
+    /// Meaning, if it is read.
     pub meaning: Option<Meaning>,
     /// As it is written.
     pub unit: String,
-    /// Numbers behind the unit: `a, b, c` of a channel, the value of a constant.
+    /// Numbers after the unit: `a, b, c` of a channel, the value of a constant.
     pub numbers: Vec<f64>,
 }
 

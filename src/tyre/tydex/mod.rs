@@ -36,7 +36,7 @@ pub(crate) mod write;
 
 use std::path::PathBuf;
 
-/// What was measured at one point, SI units, ISO 8855, where the wheel plane meets the road.
+/// Measurements at one point, SI units, ISO 8855, where the wheel plane meets the road.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Point {
     /// Longitudinal slip, positive driving.
@@ -62,7 +62,7 @@ pub struct Point {
 pub struct Bench {
     /// Names and values of the head, as they are.
     pub head: Vec<(String, String)>,
-    /// What the reader had to assume or leave out, for people.
+    /// Assumptions and omissions of the reader, for people.
     pub remarks: Vec<String>,
     /// In the order of the file.
     pub points: Vec<Point>,
@@ -73,28 +73,21 @@ pub struct Bench {
 pub enum Error {
     /// It cannot be read.
     #[error("cannot read bench data {path}: {source}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// A line is wrong.
     #[error("bench data {path}, line {line}: {message}")]
     Line {
-        /// The file.
         path: PathBuf,
         /// From 1.
         line: usize,
-        /// What is wrong and what to do.
+        /// Error, and what to do.
         message: String,
     },
     /// The file as a whole.
     #[error("bench data {path}: {message}")]
     File {
-        /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// Error, and what to do.
         message: String,
     },
 }

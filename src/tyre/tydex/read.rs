@@ -120,7 +120,6 @@ impl Reader {
         }
     }
 
-    /// Begins a section.
     fn start(&mut self, name: &str) -> Result<(), Fault> {
         if let Some(rows) = self.rows.take() {
             rows.end()?;

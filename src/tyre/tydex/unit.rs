@@ -1,6 +1,6 @@
 //! Units of channels, and how many SI units each is.
 
-/// What a channel measures.
+/// Quantity of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// rad.

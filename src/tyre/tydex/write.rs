@@ -23,7 +23,7 @@ const WIDTH: usize = 9;
 /// Word for a value that was not measured.
 const MISSING: &str = "NOTAVAIL";
 
-/// What stands before the points.
+/// Text before the points.
 #[derive(Debug, Clone, Default)]
 pub struct Head<'a> {
     /// Name, description and value of the head, beyond the release.

@@ -1,7 +1,7 @@
 //! Logs as other people's loggers write them: each situation is read right, warned of, or refused with the way out;
 //! never wrong without a word.
 //!
-//! One ride is written in every way; what comes out of a drafted map is held against the ride itself.
+//! One ride is written in every way; the log read by the drafted map is compared with the ride itself.
 
 mod clock;
 mod formats;

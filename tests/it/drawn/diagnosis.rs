@@ -14,7 +14,7 @@ struct Stop {
 fn first_stop(tables: &Tables) -> Stop {
     let table = tables.of_diagnose("replays");
     let places = table.places(&[("kind", "front_braking"), ("channel", "velocity_x")]);
-    let all = table.numbers("manoeuvre");
+    let all = table.numbers("replay_id");
     let first = places.first().map_or(f64::NAN, |i| all[*i]);
     let places: Vec<usize> = places.into_iter().filter(|i| all[*i] == first).collect();
     let [time, measured, nominal, extended] =

@@ -99,7 +99,7 @@ fn a_watch_keeps_fields_of_apps_and_laps() {
     assert_eq!((heart.samples, heart.missing), (19, 0), "on a clock of its own");
 }
 
-/// What is left of a file, what is said of it, by how much of it was cut off.
+/// Number of rows and messages of a file, by how much of it is cut off.
 #[test]
 fn files_of_devices_that_break_off_are_read_up_to_there() {
     for (name, code) in [

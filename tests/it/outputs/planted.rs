@@ -320,7 +320,7 @@ fn a_pipe_without_a_reader_is_an_error_and_what_is_printed_may_be_named() {
     let place = with_output();
     if make("mkfifo", &place.path("pipe"), &[]).is_some() {
         let (code, said) = place.run("convert log.parquet --out AT", "pipe");
-        assert!(code == 3 && said.contains("nobody reads this pipe"), "{code} {said}");
+        assert!(code == 3 && said.contains("no program reads this pipe"), "{code} {said}");
         let there = std::fs::metadata(place.path("pipe")).expect("there");
         assert!(there.file_type().is_fifo());
     }

@@ -14,7 +14,7 @@ use crate::store::tables::rows::ComparisonRow;
 /// Sentences of differences before the rest is counted.
 const SENTENCES: usize = 3;
 
-/// What is said first.
+/// Coefficients of the first sentence.
 const FIRST: [C; 9] = [
     C::MfD,
     C::CorneringStiffness0,
@@ -43,7 +43,7 @@ pub(crate) fn about(side: &Chosen) -> String {
     text
 }
 
-/// What everybody wants to know first, in sentences.
+/// The answer in sentences, the most asked first.
 pub(crate) fn answer(found: &Comparison, same_tyres: bool) -> Vec<String> {
     let is = |row: &ComparisonRow, verdict: Verdict| row.verdict == verdict.name();
     let mut differ: Vec<&ComparisonRow> = found
@@ -142,7 +142,7 @@ fn chance(p: f64) -> String {
     }
 }
 
-/// What riding would decide what is not decided, a paragraph each; lines that belong to one begin with two spaces.
+/// Sessions that would decide the open comparisons, a paragraph each; lines that belong to one begin with two spaces.
 pub(crate) fn undecided(rows: &[&ComparisonRow]) -> Vec<Vec<String>> {
     let open = rows.iter().filter(|row| row.verdict == Verdict::NoDifference.name());
     let (mut shown, mut limited) = (Vec::new(), Vec::new());
@@ -210,7 +210,7 @@ fn sessions(n: i64) -> String {
     if n > SENSIBLE { format!(">{SENSIBLE}") } else { n.to_string() }
 }
 
-/// What has no value on one side, a line per reason.
+/// Coefficients without a value on one side, a line per reason.
 pub(crate) fn not_comparable(rows: &[&ComparisonRow]) -> Vec<String> {
     let mut by_reason: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for row in rows {

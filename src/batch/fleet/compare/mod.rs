@@ -59,13 +59,13 @@ impl Chosen {
         }
     }
 
-    /// Its motorcycles.
+    /// Ids of the motorcycles of its sessions.
     pub fn bikes(&self) -> BTreeSet<&str> {
         self.sessions.iter().map(|(bike, _)| bike.as_str()).collect()
     }
 }
 
-/// A comparison.
+/// Differences of all coefficients between two sets of sessions, A and B.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
     /// A and B.

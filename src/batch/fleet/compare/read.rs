@@ -48,7 +48,7 @@ pub(super) fn estimates(
     let mut shifts: BTreeMap<(Key, String, String), Vec<EvidenceRow>> = BTreeMap::new();
     for row in rows::<EvidenceRow>(out, &wanted, &|_| true)? {
         let key = key_of(row.ident.key());
-        if row.value.is_finite() && row.shift.is_finite() {
+        if row.value.is_finite() && row.sensitivity.is_finite() {
             // METHOD: what a ride hardly determines is off to one side, which more such rides do not cure
             if row.status == Status::Ok
                 && let Some(estimates) = found.get_mut(&key)
@@ -113,8 +113,8 @@ fn piece(row: &EvidenceRow) -> Piece {
         value: row.value,
         source: row.source.clone(),
         shared: row.shared,
-        shift: row.shift,
-        taken: row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]),
+        shift: row.sensitivity,
+        taken: row.source_value.zip(row.source_std_error).map(|(value, sd)| [value, sd]),
     }
 }
 
@@ -155,8 +155,8 @@ fn slip_stiffness<'a>(
     let mut tyre_model = None;
     for row in rows.filter(|row| row.source != OWN && row.source != MODEL && row.value != 0.0) {
         let of = sources.entry((row.source.clone(), row.shared)).or_default();
-        of.share += row.shift / row.value;
-        of.taken = row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]);
+        of.share += row.sensitivity / row.value;
+        of.taken = row.source_value.zip(row.source_std_error).map(|(value, sd)| [value, sd]);
         session.clone_from(&row.ident.session_id);
         tyre_model.clone_from(&row.tyre_model);
     }

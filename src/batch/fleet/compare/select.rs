@@ -33,7 +33,6 @@ impl Kind {
         ("site", Kind::Site),
     ];
 
-    /// In messages.
     fn words(self) -> &'static str {
         match self {
             Kind::Session => "session",
@@ -81,12 +80,12 @@ impl Term {
             let Some((_, kind)) = Kind::NAMED.iter().find(|(known, _)| *known == name) else {
                 let names: Vec<&str> = Kind::NAMED.iter().map(|k| k.0).collect();
                 return Err(format!(
-                    "`{text}`: sessions are not chosen by `{name}`; there are {}, ids and days",
+                    "`{text}`: sessions cannot be chosen by `{name}`; choose by {}, session id or day",
                     names.join(", ")
                 ));
             };
             return match value.is_empty() {
-                true => Err(format!("`{text}`: there is nothing after the sign")),
+                true => Err(format!("`{text}`: the value after `=` is missing")),
                 false => Ok(term(*kind, value)),
             };
         }
@@ -129,17 +128,19 @@ impl Term {
                 (Some(first), Some(last)) => {
                     let day = |t: &str| t.get(..10).unwrap_or(t).to_owned();
                     format!(
-                        "no session is of {}; they are of {} to {}",
+                        "no session is from {}; the sessions are from {} to {}",
                         self.text,
                         day(first),
                         day(last)
                     )
                 }
-                _ => format!("no session is of {}: none says when it was", self.text),
+                _ => format!("no session is from {}: the sessions have no start time", self.text),
             };
         }
         if there.is_empty() {
-            return format!("no session says its {what}: its log or channel map has to");
+            return format!(
+                "no session has a {what}: give it in the log or under [meta] of its channel map"
+            );
         }
         let ends = |id: &&&str| id.to_lowercase().ends_with(&self.text.to_lowercase());
         let near = there.iter().find(ends).copied();
@@ -190,7 +191,7 @@ pub(crate) fn select<'a>(
     let terms: Vec<Term> =
         text.split(',').map(|term| Term::read(term.trim())).collect::<Result<_, _>>()?;
     if terms.iter().any(|term| term.text.is_empty()) {
-        return Err(format!("`{text}` names no sessions"));
+        return Err(format!("`{text}` selects no sessions"));
     }
     if let Some(term) = terms.iter().find(|term| !rows.iter().any(|row| term.matches(row))) {
         return Err(term.nothing(rows));
@@ -201,7 +202,9 @@ pub(crate) fn select<'a>(
     };
     let chosen: Vec<&SessionRow> = rows.iter().filter(is_chosen).collect();
     match chosen.is_empty() {
-        true => Err(format!("no session is all of `{text}`, though some are each")),
+        true => {
+            Err(format!("no session matches all parts of `{text}`; each part alone matches some"))
+        }
         false => Ok(chosen),
     }
 }

@@ -93,7 +93,7 @@ impl Child {
                 child.may = may;
                 Ok(child)
             }
-            Ok(Ok(_)) => Err("it is another roadbench".to_owned()),
+            Ok(Ok(_)) => Err("it is another version of roadbench".to_owned()),
             _ => Err(format!("it did not get ready ({})", child.last_word())),
         }
     }
@@ -119,7 +119,7 @@ impl Child {
             match self.answers.recv_timeout(LOOK) {
                 Ok(Ok(answer)) => return Ok(answer),
                 Ok(Err(e)) if e.kind() != io::ErrorKind::UnexpectedEof => {
-                    return Err(Ended::Crash(format!("its answer is none: {e}")));
+                    return Err(Ended::Crash(format!("its answer cannot be read: {e}")));
                 }
                 Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => break,
                 Err(RecvTimeoutError::Timeout) => {
@@ -146,7 +146,7 @@ impl Child {
                     Ended::Memory
                 }
             }
-            Ok(_) if !is_over => Ended::Crash(format!("it says nothing more{}", after(&words))),
+            Ok(_) if !is_over => Ended::Crash(format!("it closed its answers{}", after(&words))),
             Ok(status) if is_killed(status) => Ended::Killed(status.to_string()),
             Ok(status) => Ended::Crash(format!("{status}{}", after(&words))),
             Err(e) => Ended::Crash(match sent {

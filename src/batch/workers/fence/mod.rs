@@ -129,7 +129,7 @@ impl<W: Work> Sandboxed<W> {
         Ok(Sandboxed { workers, ..Sandboxed::open(work) })
     }
 
-    /// Without a fence.
+    /// Runs the work in this process, without limits.
     pub fn open(work: W) -> Self {
         Sandboxed { work, workers: None, wants_results: AtomicBool::new(true) }
     }
@@ -167,16 +167,16 @@ fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
         Ended::Memory => is_own(
             RejectionCode::TooLarge,
             format!(
-                "it takes more than {} of memory to read, and its worker was ended: a damaged log, or a large one; for the \
-                 latter give more (--memory-limit GB)",
+                "reading this log takes more than {} of memory, so its worker was stopped: the log \
+                 is damaged or large; for a large one raise --memory-limit GB",
                 limits.memory_text()
             ),
         ),
         Ended::Time => is_own(
             RejectionCode::TooSlow,
             format!(
-                "it was not done after {} of processor time, and its worker was ended: a damaged log, or a long one; for \
-                 the latter give more (--time-limit SECONDS)",
+                "reading this log takes more than {} of processor time, so its worker was stopped: \
+                 the log is damaged or long; for a long one raise --time-limit SECONDS",
                 limits.time_text()
             ),
         ),
@@ -189,23 +189,23 @@ fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
         Ended::Killed(how) => is_not(
             RejectionCode::Killed,
             format!(
-                "its worker was killed twice from outside ({how}), as when the machine runs out of memory; the next run tries \
-                 again: give the machine more memory, or take fewer --jobs"
+                "its worker was killed twice from outside ({how}), for example because the \
+                 computer ran out of memory; run again with more memory or fewer --jobs"
             ),
         ),
         Ended::NoMemory => is_not(
             RejectionCode::NoMemory,
             format!(
-                "its worker ran out of memory before it had the {} that it may take: the shell allows less (`ulimit -v`, \
-                 `ulimit -d`); the next run tries again: raise that, or give a lower --memory-limit",
+                "its worker ran out of memory below its limit of {}: the shell allows less \
+                 (`ulimit -v`, `ulimit -d`); raise that or lower --memory-limit, and run again",
                 limits.memory_text()
             ),
         ),
         Ended::NotStarted(why) => is_not(
             RejectionCode::NoWorker,
             format!(
-                "no worker process can be started: {}; the next run tries again: free processes, memory or open files, or \
-                 take fewer --jobs",
+                "no worker process can be started: {}; free processes, memory or open files, or \
+                 give fewer --jobs, and run again",
                 why.trim_end()
             ),
         ),

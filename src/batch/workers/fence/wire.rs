@@ -120,7 +120,6 @@ impl Place {
     }
 }
 
-/// Writes a frame.
 pub(super) fn send(to: &mut impl Write, head: &impl Serialize, bodies: &[&[u8]]) -> io::Result<()> {
     let head = serde_json::to_vec(head)?;
     let body: u64 = bodies.iter().map(|b| b.len() as u64).sum();

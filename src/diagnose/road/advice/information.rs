@@ -15,9 +15,6 @@ use crate::diagnose::road::parameters::{Parameter, Parameters};
 use crate::diagnose::road::problem::{Linear, Problem};
 use crate::diagnose::road::samples::Samples;
 
-/// Standard deviations at which about half of the effects are identified.
-const LIMIT: f64 = 3.3;
-
 /// Curvature of a ride in the base's parameters and the effects, `base` of the first.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curvature {
@@ -108,12 +105,6 @@ impl Information {
         self.matrix[(j, j)].max(0.0).sqrt()
     }
 
-    /// Smallest size of effect `j` that is identified half of the time, in usual ones; infinite where the
-    /// ride knows nothing.
-    pub fn limit(&self, j: usize) -> f64 {
-        LIMIT / self.size(j)
-    }
-
     /// Cosine of the responses of two effects: 1 or -1 where one ride shows the same of both.
     pub fn cosine(&self, i: usize, j: usize) -> f64 {
         let sizes = self.size(i) * self.size(j);
@@ -192,8 +183,8 @@ mod tests {
         let curvature = Curvature { matrix: rows.transpose() * &rows * 1e6 };
         let base = [crate::diagnose::road::parameters::BASE[0]];
         let information = curvature.information(&base);
-        assert!(information.limit(0) > 3.0, "{}", information.limit(0));
-        assert!((information.limit(1) - 3.3e-3 / 3.0).abs() < 1e-9);
+        assert!(information.size(0) < 1.1, "{}", information.size(0));
+        assert!((information.size(1) - 3e3).abs() < 1e-2);
         let (name, cosine) = information.taken[0].expect("base");
         assert!(name == base[0].name && cosine > 0.99, "{name} {cosine}");
     }

@@ -31,7 +31,6 @@ const LONGEST: f64 = 400.0;
 pub struct Advice {
     /// The effects' names, in the order of what is known of them.
     pub effects: Vec<&'static str>,
-    /// The session's own.
     pub own: Information,
     /// With each set ridden on top.
     pub with: Vec<(Set, Information)>,
@@ -54,7 +53,6 @@ impl Change {
         self.likeness[1] < ALIKE
     }
 
-    /// As a sentence.
     pub fn words(&self) -> String {
         let ([from, to], [before, after]) = (self.separation, self.likeness);
         format!(
@@ -158,7 +156,7 @@ fn of_a_session() -> Vec<Parameter> {
     zeros.chain(ALL.iter().filter(own).map(Effect::parameter)).collect()
 }
 
-/// A model with the noise that it leaves: what a named cause left in the base's residuals is none.
+/// A model with its noise. Misfit of an identified cause in the nominal model's residuals is not noise.
 fn quiet(samples: &Samples, best: &Base) -> Base {
     let sigma = base::noise(samples, &blocks(samples, &best.values));
     Base { sigma, ..best.clone() }

@@ -2,7 +2,7 @@
 
 use super::ranking::Advice;
 use crate::contract::verdict::Verdict;
-use crate::diagnose::cause::Naming;
+use crate::diagnose::cause::Identification;
 use crate::diagnose::road::base::Base;
 use crate::diagnose::road::null_calibration::{LARGEST_LIMIT, RoadCalibration};
 use crate::store::tables::rows::CauseRow;
@@ -11,13 +11,14 @@ use crate::store::tables::rows::CauseRow;
 /// effects that the ride cannot identify.
 pub(crate) fn amend(
     causes: &mut [CauseRow],
-    naming: &Naming<Base>,
+    identification: &Identification<Base>,
     calibration: &RoadCalibration,
     advice: &Advice,
     unseen: bool,
 ) {
     for row in causes {
-        let Some(cause) = naming.causes.iter().find(|c| c.candidate.name == row.effect) else {
+        let Some(cause) = identification.causes.iter().find(|c| c.candidate.name == row.effect)
+        else {
             continue;
         };
         let words = cause.candidate.separate_by;
@@ -40,9 +41,9 @@ pub(crate) fn amend(
                 else {
                     continue;
                 };
-                // fault-free simulations know of more than noise; what more riding gains is the same share of it
                 let limit = calibration.limit(j);
-                let lowered = limit * change.separation[0] / change.separation[1];
+                let times = (change.separation[1] / change.separation[0]).powi(2);
+                let lowered = calibration.with_information(j, times).limit(j);
                 if lowered < LARGEST_LIMIT {
                     row.separate_by = Some(change.set.to_owned());
                     row.reason = format!(

@@ -37,7 +37,6 @@ impl Set {
 /// Lean of a body that hangs off, m/rad, and one that leans out: 45 mm at 26 degrees of roll.
 const HUNG: f64 = 0.1;
 
-/// Every set.
 pub const SETS: &[Set] = &[
     Set::new("6 right-hand corners", || corners([Right; 6])),
     Set::new("6 left-hand corners", || corners([Left; 6])),
@@ -83,7 +82,7 @@ pub fn after(set: &Set, heading: f64) -> Vec<Phase> {
 }
 
 /// The same riding with a rider who leans by so much (m/rad) on a centre of mass of a height (m): as fast round the same
-/// bends, in which the motorcycle leans less the more he hangs off.
+/// corners, in which the motorcycle leans less the more he hangs off.
 pub fn leaning(phases: Vec<Phase>, by: f64, height: f64) -> Vec<Phase> {
     let share = height / (height + by);
     let leant = |phase| match phase {

@@ -35,7 +35,6 @@ impl Biquad {
         Biquad { b, a, state: [0.0; 2] }
     }
 
-    /// The next sample.
     #[inline]
     pub fn next(&mut self, x: f64) -> f64 {
         let y = self.b[0] * x + self.state[0];

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::contract::key_error::KeyError;
 
-/// A rider model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rider {
@@ -20,7 +19,6 @@ pub enum Rider {
 }
 
 impl Rider {
-    /// Every rider.
     pub const ALL: [Rider; 4] = [Rider::None, Rider::A, Rider::B, Rider::C];
 
     /// As in the tables.

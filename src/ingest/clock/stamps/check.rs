@@ -37,7 +37,7 @@ pub(crate) fn in_seconds(stamps: &mut [f64], factor: f64) -> Result<(), String> 
     }
     if let Some(step) = step.map(|d| d * factor).filter(|d| outside(*d)) {
         return Err(format!(
-            "stamps that are {step} s apart are those of no logger: say the right `unit`, or `rate` instead of `column`"
+            "no logger writes stamps {step} s apart: give the right `unit`, or `rate` instead of `column`"
         ));
     }
     stamps.iter_mut().for_each(|t| *t *= factor);
@@ -48,7 +48,7 @@ fn outside(step: f64) -> bool {
     !(IMPOSSIBLE[0]..=IMPOSSIBLE[1]).contains(&step)
 }
 
-/// What is wrong with stamps that are a date in another unit.
+/// Error in stamps that are a date in another unit.
 fn of_calendar(stamps: &[f64], step: Option<f64>, factor: f64) -> Option<String> {
     let first = stamps.iter().copied().find(|t| t.is_finite())?;
     let step = step?;
@@ -61,7 +61,7 @@ fn of_calendar(stamps: &[f64], step: Option<f64>, factor: f64) -> Option<String>
     };
     let c = CALENDARS.iter().find(fits)?;
     Some(format!(
-        "the stamps ({first} first) are {}: say `unit = \"{}\"` and, for the start time, `epoch = true`",
+        "the stamps ({first} first) are {}: give `unit = \"{}\"` and, for the start time, `epoch = true`",
         c.what, c.unit
     ))
 }

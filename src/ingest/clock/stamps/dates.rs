@@ -6,7 +6,6 @@ use crate::contract::instant;
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 
-/// A date.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Date {
     /// Days since 1970.
@@ -134,7 +133,7 @@ pub(crate) fn day_of(year: f64, month: f64, day: f64) -> Option<i64> {
     days_from(whole_year(whole(year)?), whole(month)?, whole(day)?)
 }
 
-/// A date with its time of day in digits alone, `20261025100000`, with parts of a second behind it: days since 1970 and s of
+/// A date with its time of day in digits alone, `20261025100000`, with parts of a second after it: days since 1970 and s of
 /// the day.
 pub(super) fn of_digits(text: &str) -> Option<(i64, f64)> {
     let text = text.trim();

@@ -55,7 +55,7 @@ const NOT: &[&str] = &[
 
 /// How well a column's name suits a clock, the smaller the better, and the unit that the name says without brackets.
 ///
-/// What stands in brackets behind the name is gone before: [`units::of_name`].
+/// What stands in brackets after the name is gone before: [`units::of_name`].
 pub(crate) fn clock(name: &str) -> Option<(usize, Option<&'static str>)> {
     let plain = folded(units::of_name(name).0);
     if let Some(place) = NAMES.iter().position(|(n, _)| *n == plain) {

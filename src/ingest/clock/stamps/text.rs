@@ -2,7 +2,7 @@
 //!
 //! | part | forms |
 //! |---|---|
-//! | time | `h:mm:ss`, `h:mm:ss.sss`, `h:mm:ss,sss`, `h:mm:ss:mmm`, `mm:ss.s`; `AM` or `PM` behind it |
+//! | time | `h:mm:ss`, `h:mm:ss.sss`, `h:mm:ss,sss`, `h:mm:ss:mmm`, `mm:ss.s`; `AM` or `PM` after it |
 //! | date | year first with `-`, `/`, `.`; day first with `.` or `-`; with `/` day or month first; `25 Oct 2026` |
 //! | together | date, then time or the other way round, between them blanks, `T`, `_` or a comma; `20261025T100000.5` |
 //! | digits | `20261025100000`, `20261025100000.5`, `20261025100000500`, `20261025 100000.5` |
@@ -16,7 +16,7 @@ use super::dates::{
     Date, WEEKDAYS, ZONES, all_digits, date_of, days_from, month_of, of_digits, whole_year, zone,
 };
 
-/// What a column of stamps turned out to be.
+/// Kind of a column of stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Kind {
     /// Numbers in some unit.
@@ -143,7 +143,6 @@ pub(crate) fn day(text: &str) -> Option<i64> {
     stamp(&format!("{text} 00:00:00"))?.days
 }
 
-/// Reads one stamp.
 fn stamp(text: &str) -> Option<Stamp> {
     let text = text.trim();
     let bytes = text.as_bytes();
@@ -170,7 +169,7 @@ fn stamp(text: &str) -> Option<Stamp> {
     parts.stamp()
 }
 
-/// The part up to the next border, and what is behind it. Borders are blanks, `_`, a comma with a blank behind it, and
+/// The part up to the next border, and what is after it. Borders are blanks, `_`, a comma with a blank after it, and
 /// `T` between digits.
 fn next_part(text: &str) -> (&str, &str) {
     let bytes = text.as_bytes();
@@ -190,7 +189,7 @@ fn next_part(text: &str) -> (&str, &str) {
     (text, "")
 }
 
-/// What was found in the parts of a stamp.
+/// Findings in the parts of a stamp.
 #[derive(Default)]
 struct Parts {
     date: Option<Date>,
@@ -199,7 +198,6 @@ struct Parts {
     afternoon: Option<bool>,
     /// Of the zone, s.
     offset: f64,
-    /// Of a span.
     days: Option<i64>,
     /// Day and year around a month's name.
     numbers: [Option<i64>; 2],
@@ -218,14 +216,14 @@ impl Parts {
             self.time = Some(time_of(&part[..end])?);
             return match &part[end..] {
                 "" => Some(()),
-                rest => self.behind(rest),
+                rest => self.after(rest),
             };
         }
         if part.starts_with(char::is_alphabetic)
             || matches!(first, b'+')
             || (first == b'-' && self.time.is_some())
         {
-            return self.behind(part);
+            return self.after(part);
         }
         if !first.is_ascii_digit() {
             return None;
@@ -253,7 +251,7 @@ impl Parts {
                 let (h, m, s) = (of(0..2)?, of(2..4)?, number.get(4..end)?.parse::<f64>().ok()?);
                 self.time = Some((HOUR * h + MINUTE * m + s, true));
                 if end < number.len() {
-                    return self.behind(&number[end..]);
+                    return self.after(&number[end..]);
                 }
             }
             (1..=4, _) => {
@@ -265,8 +263,8 @@ impl Parts {
         Some(())
     }
 
-    /// What stands behind a time: half of the day, zone; and words around a date.
-    fn behind(&mut self, text: &str) -> Option<()> {
+    /// Text after a time: half of the day, zone; and words around a date.
+    fn after(&mut self, text: &str) -> Option<()> {
         if let Some(offset) = text.strip_prefix('+') {
             self.offset = zone(offset)?;
             return Some(());

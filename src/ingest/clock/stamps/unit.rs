@@ -9,11 +9,11 @@ use crate::statistics::order::upper_median;
 pub(crate) struct Calendar {
     /// As in `time.unit` of a channel map.
     pub unit: &'static str,
-    /// s per unit.
+    /// Factor, s per unit.
     pub factor: f64,
     /// Where it begins to count, s since 1970.
     pub zero: f64,
-    /// What it is called, for people.
+    /// Name, for people.
     pub what: &'static str,
 }
 
@@ -45,9 +45,9 @@ const SAID: [f64; 2] = [1.0 / 510.0, 2.1];
 /// Beyond these steps no clock is believed, s between rows.
 pub(crate) const IMPOSSIBLE: [f64; 2] = [2e-5, 30.0];
 /// How far the motion may be off a unit: speeds are a little late and rounded.
-const NEAR: f64 = 0.15;
+const MOTION_TOLERANCE: f64 = 0.15;
 
-/// What is known of stamps before their unit is.
+/// Known properties of stamps before their unit is.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Evidence<'a> {
     /// The stamps as numbers.
@@ -65,11 +65,11 @@ pub(crate) struct Evidence<'a> {
 pub(crate) struct Unit {
     /// As in `time.unit` of a channel map.
     pub name: String,
-    /// s per unit.
+    /// Factor, s per unit.
     pub factor: f64,
     /// Unix time of its zero, where it has a calendar.
     pub zero: Option<f64>,
-    /// What decided, where it is not what the log says.
+    /// Reason of the decision, where it is not what the log says.
     pub why: Option<String>,
 }
 
@@ -112,7 +112,8 @@ pub(crate) fn usual_step(stamps: &[f64]) -> Option<f64> {
 pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
     let said = known.said.and_then(|u| Some((u, units::conversion(u, "s").ok()?.factor)));
     let agrees = |factor: f64| {
-        known.motion.is_empty() || known.motion.iter().any(|m| (factor / m).ln().abs() < NEAR)
+        known.motion.is_empty()
+            || known.motion.iter().any(|m| (factor / m).ln().abs() < MOTION_TOLERANCE)
     };
     let is_believed = |c: &&Calendar| known.any_speed || agrees(c.factor);
     if let Some(c) = calendar_of(known.stamps).filter(is_believed) {
@@ -160,8 +161,8 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
             false => "",
         };
         return Err(format!(
-            "the stamps contradict the motion: speed and positions ask for {:.4} s per unit{speed}; say the right `unit` \
-             in the map's [time], or `rate` instead of `column`",
+            "the stamps contradict the motion: speed and positions need {:.4} s per unit{speed}; \
+             give the right `unit` in the map's [time], or `rate` instead of `column`",
             known.motion[0]
         ));
     }
@@ -170,7 +171,8 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
         (Some(found), None, Some(step)) => {
             let rate = 1.0 / (step * factor_of(found));
             let why = format!(
-                "nothing says the unit of the stamps; in {found} they give {rate:.0} Hz: check it"
+                "the log does not give the unit of the stamps; {found} is assumed, which gives \
+                 {rate:.0} Hz: check it"
             );
             Ok(of(found, Some(why)))
         }
@@ -180,8 +182,8 @@ pub(crate) fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
             Ok(of(name, None))
         }
         (_, _, Some(step)) => Err(format!(
-            "the stamps are {step} apart, in {} no rate of a logger; say their `unit` in the map's [time], or `rate` \
-             instead of `column`",
+            "the stamps are {step} apart, which is no logger's rate in {}; give their `unit` in \
+             the map's [time], or `rate` instead of `column`",
             said.map_or("s", |s| s.0)
         )),
         (_, said, None) => Ok(of(said.map_or("s", |s| s.0), None)),

@@ -5,7 +5,7 @@
 //! object = "LOBJ" sizes type | body          not keep to the containers' ends
 //! ```
 //!
-//! A container that does not unpack, by its checksum, is left out; behind what makes no sense the
+//! A container that does not unpack, by its checksum, is left out; after what makes no sense the
 //! next object is looked for.
 
 use std::io::{BufRead, Read, Result};
@@ -32,7 +32,6 @@ const TEN_MICROSECONDS: u32 = 1;
 const REMOTE: u8 = 0x80;
 const REMOTE_64: u32 = 0x10;
 
-/// A BLF log.
 pub(super) fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut header = vec![0; 144];
@@ -54,7 +53,7 @@ pub(super) fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> R
             continue;
         }
         let mut body = Vec::new();
-        // objects are padded, as Vector does it, by what is left over from four
+        // objects are padded, as Vector does it, by the remainder of four
         log.take((size - BASE) as u64).read_to_end(&mut body)?;
         if body.len() < size - BASE {
             scan.cut = true;
@@ -184,7 +183,7 @@ fn frame(object: &[u8]) -> Object<'_> {
 }
 
 fn can_frame(object: &[u8], kind: u32) -> Option<Object<'_>> {
-    // behind the first part: flags and stamp
+    // after the first part: flags and stamp
     let length = match u16_at(object, 6)? {
         1 => 16,
         2 => 24,

@@ -15,7 +15,6 @@ use crate::ingest::error::Error;
 /// Messages by their identifiers.
 #[derive(Debug, Default)]
 pub(crate) struct Database {
-    /// The messages.
     pub messages: Vec<Message>,
     by_id: HashMap<(u32, bool), usize>,
     /// Messages of J1939 by their parameter group: priority and addresses are not part of what they are.
@@ -26,7 +25,7 @@ pub(crate) struct Database {
 
 /// The message that an identifier stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Found {
+pub(crate) struct MatchedMessage {
     /// Its place among the messages.
     pub message: usize,
     /// Who sent it, where it was found by its parameter group.
@@ -41,7 +40,7 @@ fn parameter_group(id: u32) -> u32 {
     if group >> 8 & 0xFF < 240 { group & 0x3_FF00 } else { group }
 }
 
-/// What a database says of a message's identifier.
+/// Kind of a message's identifier in a database.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Identifier {
     /// J1939: the parameter group counts.
@@ -76,19 +75,16 @@ fn identifier(dbc: &Dbc, id: MessageId) -> Identifier {
     }
 }
 
-/// What one identifier stands for.
+/// Message of one identifier.
 #[derive(Debug)]
 pub(crate) struct Message {
-    /// Its name.
     pub name: String,
-    /// Its signals.
     pub signals: Vec<Signal>,
 }
 
 /// A number within a message.
 #[derive(Debug)]
 pub(crate) struct Signal {
-    /// Its name.
     pub name: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,
@@ -181,22 +177,22 @@ impl Database {
     }
 
     /// Which message an identifier stands for: just that one, or of extended ones the one of its parameter group.
-    pub(crate) fn find(&self, id: u32, extended: bool) -> Option<Found> {
+    pub(crate) fn find(&self, id: u32, extended: bool) -> Option<MatchedMessage> {
         let exact = self.by_id.get(&(id, extended)).copied();
         if !extended {
-            return exact.map(|message| Found { message, source: None, said: true });
+            return exact.map(|message| MatchedMessage { message, source: None, said: true });
         }
         let group = parameter_group(id);
         let of_group = self.by_group.get(&group).copied();
         if let Some(message) = exact.filter(|m| of_group != Some(*m)) {
-            return Some(Found { message, source: None, said: true });
+            return Some(MatchedMessage { message, source: None, said: true });
         }
         let source = Some(id as u8);
         if let Some(message) = of_group {
-            return Some(Found { message, source, said: true });
+            return Some(MatchedMessage { message, source, said: true });
         }
         let message = self.perhaps.get(&group).copied().flatten()?;
-        Some(Found { message, source, said: false })
+        Some(MatchedMessage { message, source, said: false })
     }
 
     fn add(&mut self, dbc: &Dbc) {

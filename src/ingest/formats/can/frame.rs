@@ -15,7 +15,7 @@ pub(crate) struct Frame<'a> {
     pub data: &'a [u8],
 }
 
-/// What is known once all frames came by.
+/// Counts that are known once all frames came by.
 #[derive(Debug, Default)]
 pub(super) struct Scan {
     /// When the log was begun, RFC 3339.

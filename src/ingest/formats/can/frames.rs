@@ -21,7 +21,7 @@ pub(super) enum FrameFile {
     Trc,
 }
 
-/// What a log is, by its first bytes.
+/// Kind of a log by its first bytes.
 pub(super) fn kind(head: &[u8]) -> Option<FrameFile> {
     if head.starts_with(b"LOGG") {
         return Some(FrameFile::Blf);
@@ -52,7 +52,7 @@ pub(super) fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
     let mut head = Vec::new();
     reader.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
     let kind = kind(&head).ok_or_else(|| {
-        Error::new(RejectionCode::UnknownFormat, format!("{log} is no CAN log any more"))
+        Error::new(RejectionCode::UnknownFormat, format!("{log} is not a CAN log any more"))
     })?;
     let mut whole = head.chain(reader);
     match kind {

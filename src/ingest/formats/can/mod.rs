@@ -4,7 +4,7 @@
 //! Channels are `Message/Signal` (or `Message.Signal`), each message on its own clock, each
 //! multiplexed signal too. A message that came over several buses is `Message@1`, `Message@2`; one of J1939 that
 //! several sources sent is `Message from 0`, `Message from 3`.
-//! The readers are our own because a log with broken frames must be read on behind them, from
+//! The readers are our own because a log with broken frames must be read on after them, from
 //! wherever it is, and the lengths in it must not be trusted.
 
 use crate::ingest::checks::aids::Aids;
@@ -29,7 +29,6 @@ use database::Database;
 pub(crate) use frame::Frame;
 use signals::{Collector, FrameCounts};
 
-/// The format.
 pub(super) struct Can;
 
 impl Format for Can {

@@ -23,7 +23,6 @@ struct FrameCount {
 }
 
 impl FrameCounts {
-    /// One more frame.
     pub(crate) fn count(&mut self, frame: &Frame<'_>) {
         let key = (frame.id, frame.extended, frame.bus);
         let new = FrameCount { count: 0, first: frame.time, last: frame.time, length: 0 };
@@ -129,7 +128,7 @@ pub(crate) struct Collector<'a> {
     wanted: HashMap<(usize, usize), Gathered>,
 }
 
-/// What of one message is wanted.
+/// Wanted signals of one message.
 #[derive(Default)]
 struct Gathered {
     /// One for all signals that are in every frame.
@@ -159,7 +158,6 @@ impl<'a> Collector<'a> {
         Collector { database, wanted: of }
     }
 
-    /// One more frame.
     pub(crate) fn take(&mut self, frame: &Frame<'_>) {
         let Some(found) = self.database.find(frame.id, frame.extended) else { return };
         let key = (found.message, stream(found.source, frame.bus));

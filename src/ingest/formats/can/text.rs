@@ -47,7 +47,6 @@ pub(super) fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) ->
     Ok(())
 }
 
-/// An ASC log.
 pub(super) fn each_asc(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut base = Base { radix: 16, relative: false };
@@ -86,7 +85,7 @@ enum Line {
     Bad,
 }
 
-/// What follows a line's stamp: `1 123x Rx d 8 00 01 ...` or
+/// Frame after a line's stamp: `1 123x Rx d 8 00 01 ...` or
 /// `CANFD 1 Rx 123 [name] 1 0 d 12 00 01 ...`.
 fn asc_frame<'a>(mut words: impl Iterator<Item = &'a str>, radix: u32, data: &mut Vec<u8>) -> Line {
     data.clear();
@@ -149,7 +148,6 @@ fn start(date: &str) -> Option<String> {
     Some(text.parse::<jiff::Timestamp>().ok()?.to_string())
 }
 
-/// A candump log.
 pub(super) fn each_candump(
     log: &mut dyn BufRead,
     take: &mut dyn FnMut(&Frame<'_>),

@@ -34,7 +34,6 @@ pub(super) fn is_trace(start: &str) -> bool {
     comments.any(|l| l.starts_with(";$FILEVERSION=") || l.to_lowercase().contains("time offset"))
 }
 
-/// A PEAK trace.
 pub(super) fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan> {
     let mut scan = Scan::default();
     let mut layout: Vec<String> = columns("1.0").split(',').map(str::to_owned).collect();

@@ -15,7 +15,7 @@ use crate::ingest::maps::units;
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
-/// What loggers write where there is no sample, in capitals or not.
+/// Texts of loggers for a missing sample, in capitals or not.
 const NO_SAMPLE: [&str; 13] = [
     "nan", "null", "none", "nil", "n/a", "na", "-", "--", "---", "#n/a", "#nv", "#value!",
     "#div/0!",
@@ -40,9 +40,9 @@ pub(crate) struct Writing<'a> {
     pub width: usize,
     /// Which of the wanted columns holds the stamps: dates and times of day are read there.
     pub clock: Option<usize>,
-    /// Units by place in a row: they may stand behind the numbers.
+    /// Units by place in a row: they may stand after the numbers.
     pub units: &'a [String],
-    /// Coordinates by place in a row; behind those the parts of cells that hold two.
+    /// Coordinates by place in a row; after those the parts of cells that hold two.
     pub coordinates: &'a [Option<Coordinate>],
 }
 
@@ -60,7 +60,7 @@ impl Writing<'_> {
 /// A column that is wanted: its name and its place in a row.
 pub(crate) type Wanted<'a> = (&'a str, usize);
 
-/// What is read of the rows.
+/// Data read from the rows.
 #[derive(Debug, Default)]
 pub(crate) struct Cells {
     /// As asked for, NaN where there is no number.
@@ -166,7 +166,7 @@ fn cells_of(
     Ok(Cells { columns, kind: clock.kind(), warnings })
 }
 
-/// What is odd about rows and cells.
+/// Oddities of rows and cells.
 struct Odd {
     bad: Vec<Bad>,
     uneven: Uneven,
@@ -247,7 +247,8 @@ impl Odd {
         uneven.count -= usize::from(cut);
         warnings.extend(uneven.judged(log, all, width)?);
         if cut {
-            let message = "the last row breaks off and is left out; was the file cut?".to_owned();
+            let message =
+                "the last row is incomplete and left out; is the file cut off?".to_owned();
             warnings.push(warning("cut_off", None, 1, None, message));
         }
         if let Some((count, line, text)) = words {
@@ -295,15 +296,16 @@ impl Uneven {
             return Ok(None);
         }
         let message = format!(
-            "{log}: {count} of {all} rows have not as many cells as there are names ({width}): the first, line {line}, \
-             has {cells}: `{text}`"
+            "{log}: {count} of {all} rows do not have {width} cells, one for each name: the first, \
+             line {line}, has {cells}: `{text}`"
         );
         if count as f64 > BAD_ROWS * all as f64 {
             let hint = "; a separator is missing or too many (a decimal comma without quotes?), or cells at the end \
                         are left out: write the file so that every row has a cell for each name";
             return Err(Error::new(RejectionCode::CellCount, message + hint));
         }
-        let message = message + "; they are left out, for nobody knows which cells they are";
+        let message =
+            message + "; they are left out because the cells cannot be assigned to columns";
         Ok(Some(warning("bad_line", None, count, None, message)))
     }
 }
@@ -337,21 +339,21 @@ fn judged(
     Ok(warning("bad_cell", None, bad, None, message + "; taken as missing"))
 }
 
-/// What to do about a cell that is no number.
+/// Advice about a cell that is no number.
 fn hint(text: &str) -> String {
     if let Some((_, unit)) = with_unit(text) {
         return format!(
-            "; the unit stands behind the number: take it out, or write it behind the column's name, `name ({unit})`"
+            "; the unit follows the number: remove it, or write it after the column's name, `name ({unit})`"
         );
     }
     if seconds(text).is_some() {
-        return "; it is a time, which is read in the column of the map's [time] only, all in one form".to_owned();
+        return "; it is a time: times are read only in the column of the map's [time], all in one form".to_owned();
     }
     if text.contains(',') && number(text, ',').is_some() {
-        return "; if it is a decimal comma, say `csv.decimal = \",\"` in the map".to_owned();
+        return "; if it is a decimal comma, write `csv.decimal = \",\"` in the map".to_owned();
     }
-    "; name it in the map's `csv.missing` if it means no sample; stamps are numbers, `hh:mm:ss.sss`, or dates \
-     with a time of day as in ISO 8601"
+    "; list it in the map's `csv.missing` if it means no sample; stamps are numbers, \
+     `hh:mm:ss.sss`, or dates with a time of day as in ISO 8601"
         .to_owned()
 }
 
@@ -402,7 +404,7 @@ fn position(record: &ByteRecord, coordinate: &Coordinate, writing: Writing<'_>) 
     }
 }
 
-/// A number in groups of three digits, or with its column's unit behind it.
+/// A number in groups of three digits, or with its column's unit after it.
 fn with_its_unit(text: &str, place: usize, writing: Writing<'_>) -> Cell {
     if let Some(x) = grouped(text, writing.decimal) {
         return Cell::Number(x);

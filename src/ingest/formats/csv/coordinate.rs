@@ -12,7 +12,7 @@ pub(super) enum Axis {
     East,
 }
 
-/// What a number of a column is, where a cell is one number.
+/// Kind of the numbers of a column, where a cell is one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Form {
     /// Its own unit, degrees as a rule.
@@ -40,11 +40,11 @@ pub(crate) struct Coordinate {
     pub cell: usize,
     /// Which of the two.
     pub(super) axis: Axis,
-    /// What a number is.
+    /// Kind of a number.
     pub(super) form: Form,
     /// Place of the cell with the hemisphere's letter.
     pub(super) letters: Option<usize>,
-    /// What the letter `O` means there.
+    /// Meaning of the letter `O` there.
     pub(super) o: O,
     /// Whether the column's name says that positive is south or west.
     pub(super) turned: bool,
@@ -77,14 +77,14 @@ pub(super) fn half(letter: char, axis: Axis, o: O) -> Option<f64> {
 }
 
 /// The numbers and the letter of a cell.
-pub(super) struct Apart {
+pub(super) struct CellParts {
     /// One to three, of which only the first may be negative.
     pub numbers: Vec<f64>,
     pub letter: Option<char>,
 }
 
 /// Takes a cell apart: `W105.0`, `40.0 N`, `47°00'12.5"N`, `47 00.2`, `-8:30:12`.
-pub(super) fn apart(cell: &str, decimal: char) -> Option<Apart> {
+pub(super) fn apart(cell: &str, decimal: char) -> Option<CellParts> {
     let mut text = cell.trim();
     let mut found = None;
     if let Some((begin, rest)) = text.split_at_checked(1)
@@ -101,7 +101,7 @@ pub(super) fn apart(cell: &str, decimal: char) -> Option<Apart> {
     let numbers: Vec<f64> = parts.map(|p| number(p, decimal)).collect::<Option<_>>()?;
     let rest_fits = numbers.iter().skip(1).all(|x| (0.0..=60.0).contains(x));
     let fits = (1..=3).contains(&numbers.len()) && rest_fits && numbers[0].is_finite();
-    fits.then_some(Apart { numbers, letter: found })
+    fits.then_some(CellParts { numbers, letter: found })
 }
 
 /// The text in the brackets of `POINT(8.0 47.0)`.
@@ -131,7 +131,7 @@ pub(super) fn pair(cell: &str, decimal: char) -> Option<[f64; 2]> {
     Some([one(first, Axis::North)?, one(second, Axis::East)?])
 }
 
-/// What numbers and letter are together.
+/// Angle of numbers and letter.
 fn degrees(numbers: &[f64], letter: Option<char>, axis: Axis, form: Form, o: O) -> Option<f64> {
     let (&first, rest) = numbers.split_first()?;
     let size = first.abs();

@@ -112,7 +112,7 @@ fn day(name: &str, cell: &str) -> Option<i64> {
     }
 }
 
-/// s of a time of day: as it is written, or six digits with parts of a second behind them.
+/// s of a time of day: as it is written, or six digits with parts of a second after them.
 fn of_day(cell: &str) -> Option<f64> {
     if cell.contains(':') || cell.matches('.').count() > 1 {
         return text::seconds(cell).filter(|s| (0.0..=DAY).contains(s));

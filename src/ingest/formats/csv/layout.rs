@@ -7,10 +7,10 @@ use ::csv::{Reader, ReaderBuilder};
 use crate::ingest::clock::stamps::text::seconds;
 use crate::ingest::maps::units;
 
-/// What may stand between cells, the likeliest first. Blanks (`b' '`) are taken where there is none of these.
+/// Possible delimiters, the likeliest first. Blanks (`b' '`) are taken where there is none of these.
 const DELIMITERS: [u8; 4] = [b'\t', b';', b'|', b','];
 
-/// What is between the cells: what both the names and a row of numbers have most of.
+/// Delimiter of the cells: what both the names and a row of numbers have most of.
 pub(super) fn delimiter(names: &str, row: &str) -> u8 {
     let (above, below) = (counts(names), counts(row));
     let both = |i: usize| above[i].min(below[i]);
@@ -82,7 +82,7 @@ pub(super) fn grouped(text: &str, decimal: char) -> Option<f64> {
     format!("{plain}.{}", if part.is_empty() { "0" } else { part }).parse().ok()
 }
 
-/// Whether a cell is a number, a stamp, or a number with its unit behind it.
+/// Whether a cell is a number, a stamp, or a number with its unit after it.
 pub(super) fn is_number(cell: &str) -> bool {
     let digits = cell.bytes().any(|b| b.is_ascii_digit());
     digits
@@ -92,7 +92,7 @@ pub(super) fn is_number(cell: &str) -> bool {
             || grouped(cell, ',').is_some())
 }
 
-/// A number and the unit behind it: `50.4 km/h`.
+/// A number and the unit after it: `50.4 km/h`.
 pub(super) fn with_unit(cell: &str) -> Option<(&str, &str)> {
     let cell = cell.trim();
     let end = cell.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-')))?;
@@ -232,7 +232,7 @@ pub(crate) struct Squeezed<R> {
     wanted: bool,
     ready: Vec<u8>,
     given: usize,
-    /// A blank that waits for what is behind it.
+    /// A blank that waits for what is after it.
     waiting: bool,
     begins: bool,
 }

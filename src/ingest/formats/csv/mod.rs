@@ -42,7 +42,6 @@ use text::{Text, decoded};
 /// Rows that are read to know when a log began: enough to see the rate of its clock.
 const FIRST: usize = 20;
 
-/// The format.
 pub(super) const FORMAT: LogFormat = LogFormat {
     name: "csv",
     description: "Delimited text",
@@ -90,7 +89,7 @@ fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
     fitted(map, &header).map(Some)
 }
 
-/// The map as it is for this log; where the log gives units, in a row or in brackets behind the names, they are
+/// The map as it is for this log; where the log gives units, in a row or in brackets after the names, they are
 /// checked.
 fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
     let channels = &header.listing.channels;
@@ -99,7 +98,7 @@ fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
     }
     let mut map = map.clone();
     if map.csv.units_row == 0 {
-        // units behind some names say nothing of the others: those are the contract's, as without any
+        // units after some names say nothing of the others: those are the contract's, as without any
         let bare = |name: &String| channels.iter().any(|c| c.is_called(name) && c.unit.is_none());
         for entry in &mut map.entries {
             entry.unit_given |= entry.from.iter().any(bare);
@@ -210,7 +209,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
     ))
 }
 
-/// What to do with a text of one sensor of a phone, and with one that has no names.
+/// Advice with a text of one sensor of a phone, and with one that has no names.
 fn of_a_phone(names: &[String]) -> &'static str {
     match names {
         [_, _, ..] if names.iter().all(|n| layout::is_number(n)) => {
@@ -227,9 +226,9 @@ fn of_a_phone(names: &[String]) -> &'static str {
 #[derive(Debug, Default)]
 struct Header {
     names: Vec<String>,
-    /// Of the layout's row of units or in brackets behind the names; empty where there is none.
+    /// Of the layout's row of units or in brackets after the names; empty where there is none.
     units: Vec<String>,
-    /// The columns, those of one name numbered; behind them the two coordinates of cells that hold both.
+    /// The columns, those of one name numbered; after them the two coordinates of cells that hold both.
     listing: Listing,
     positions: Positions,
     /// Line breaks in quotes above the rows.
@@ -287,7 +286,7 @@ impl Header {
         coordinates
     }
 
-    /// What is to be said of the positions that are read.
+    /// Text about the positions that are read.
     fn said(&self, read: &[cells::Wanted<'_>], by: &[Option<Coordinate>]) -> Vec<Warning> {
         let mut said: Vec<Warning> = Vec::new();
         for &(_, place) in read {
@@ -360,7 +359,7 @@ fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
         }
     }
     let delimiter = map.delimiter as u8;
-    // the first row says whether the names end with a delimiter too many, and units behind its numbers
+    // the first row says whether the names end with a delimiter too many, and units after its numbers
     let ahead = decoded(file.fill_buf().map_err(fail)?);
     let row = ahead.lines().find(|l| !l.trim().is_empty()).unwrap_or("");
     let header = header.trim_matches(|c: char| c.is_whitespace() && c != '\t');
@@ -369,8 +368,8 @@ fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
     let mut units = layout::cells(&decoded(&notes), delimiter);
     let cells = layout::cells(row, delimiter);
     for (place, name) in names.iter().enumerate() {
-        let behind = || layout::with_unit(cells.get(place)?).map(|w| w.1);
-        if let Some(unit) = units::of_name(name).1.or_else(behind) {
+        let after = || layout::with_unit(cells.get(place)?).map(|w| w.1);
+        if let Some(unit) = units::of_name(name).1.or_else(after) {
             units.resize(units.len().max(place + 1), String::new());
             if units[place].is_empty() {
                 unit.clone_into(&mut units[place]);

@@ -81,7 +81,7 @@ fn no_table(log: &Location, table: &Table) -> Result<(), Error> {
     let names = &table.names;
     if names.len() > 1 && names.iter().all(|n| layout::is_number(n)) {
         return wrong(format!(
-            "{log} begins with numbers, so nobody knows what its columns are: put a line with their names in front, \
+            "{log} begins with numbers and has no names of columns: put a line with their names in front, \
              `Time (s),Speed (km/h),...`"
         ));
     }
@@ -152,7 +152,8 @@ fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded
     if let Some(part) = stamps.as_ref().and_then(|_| longest(&time)) {
         let of = |from: &[f64]| part.iter().map(|&i| from[i]).collect::<Vec<f64>>();
         let message = format!(
-            "the clock jumps back or far ahead: of {rows} rows the {} of the longest part between jumps are looked at",
+            "the clock jumps back or far ahead: of {rows} rows the {} of the longest part between \
+             jumps are used",
             part.len()
         );
         read.warnings.push(warning("time_backwards", None, rows - part.len(), None, message));
@@ -376,7 +377,7 @@ fn no_clock(
     )
 }
 
-/// What a text seems to be.
+/// First look at a text.
 struct Seen {
     channels: Vec<SourceChannel>,
     /// Units by place in a row, empty where there is none.
@@ -416,12 +417,12 @@ fn open(log: &Location) -> Result<(Table, Seen), Error> {
         let position = positions.unit(place).map(str::to_owned);
         let name = &table.names[place];
         let within = || units::of_name(name).1.map(str::to_owned);
-        let behind = || layout::with_unit(row.get(place)?).map(|w| w.1.to_owned());
+        let after = || layout::with_unit(row.get(place)?).map(|w| w.1.to_owned());
         let last_word = || units::behind_name(name).map(str::to_owned);
         position
             .or_else(|| note.filter(|_| units_row > 0))
             .or_else(within)
-            .or_else(behind)
+            .or_else(after)
             .or_else(last_word)
     };
     let all: Vec<Option<String>> = (0..table.names.len()).map(unit).collect();

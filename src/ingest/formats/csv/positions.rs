@@ -24,10 +24,10 @@ const BOTH: [&str; 14] = [
     "wkt", "point", "koord", "coorden",
 ];
 
-/// What was seen of the positions in a text.
+/// Observations of the positions in a text.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Positions {
-    /// By place in a row; behind those the parts of cells that hold both.
+    /// By place in a row; after those the parts of cells that hold both.
     pub coordinates: Vec<Option<Coordinate>>,
     /// Places of the letters' columns, and of the coordinates that they belong to.
     pub letters: Vec<(usize, usize)>,
@@ -81,7 +81,7 @@ impl Positions {
             || self.left_out.iter().any(|l| l.0 == place)
     }
 
-    /// What is said of a column.
+    /// Text about a column.
     pub(super) fn said(&self, place: usize) -> impl Iterator<Item = &str> {
         let of = move |l: &&(usize, String)| l.0 == place;
         self.left_out.iter().chain(&self.guessed).filter(of).map(|l| l.1.as_str())
@@ -135,11 +135,15 @@ impl Positions {
                 let Some(number) = before.or(places.first().copied().filter(|_| places.len() == 1))
                 else {
                     for &p in &places {
-                        self.left_out.push((p, format!(
-                            "column `{}` holds letters of a hemisphere and there are {} columns that they may belong to; \
-                             put it directly behind its own",
-                            names[place], places.len()
-                        )));
+                        self.left_out.push((
+                            p,
+                            format!(
+                                "column `{}` holds letters of a hemisphere, which may belong to {} \
+                             columns; put it directly after the column it belongs to",
+                                names[place],
+                                places.len()
+                            ),
+                        ));
                     }
                     continue;
                 };
@@ -209,7 +213,7 @@ impl Positions {
             // the sea off Guinea, or radians
             if far && within(0, FRAC_PI_2) && within(1, PI) && names[places[0]] != contract {
                 self.guessed.push((places[0], format!(
-                    "columns `{}` and `{}` are taken for degrees; if they are radians, write `(rad)` behind the names",
+                    "columns `{}` and `{}` are taken for degrees; if they are radians, write `(rad)` after the names",
                     names[places[0]], names[places[1]]
                 )));
             }
@@ -239,15 +243,15 @@ impl Positions {
             take(form);
             self.guessed.push((places[0], format!(
                 "{columns} hold whole numbers beyond any angle: they are taken for {what}; if they are not, write \
-                 `(semicircles)` or `(1e-7 deg)` behind the names"
+                 `(semicircles)` or `(1e-7 deg)` after the names"
             )));
         } else {
             let what = if whole && !packed {
-                "whole numbers beyond any angle: degrees in another scale? Write it behind the names, `(1e-6 deg)`, \
+                "whole numbers beyond any angle: degrees in another scale? Write it after the names, `(1e-6 deg)`, \
                  `(1e-7 deg)` or `(semicircles)`, or give `scale` in the map"
             } else if packed {
                 "numbers beyond any angle: degrees and minutes in one number, or minutes? Write `(ddmm.mmmm)` or `(min)` \
-                 behind the names"
+                 after the names"
             } else {
                 "numbers that are no angle on a globe: write them in degrees, or give `scale` in the map"
             };
@@ -415,7 +419,7 @@ mod tests {
         // no letter, no half
         let found = read(&header, &["0", "33.4", "70.6", "N", "", ""], '.');
         assert_eq!(found[1..3], [None, None]);
-        // a gear in neutral behind the latitude is no hemisphere
+        // a gear in neutral after the latitude is no hemisphere
         let found = read(&["Latitude", "Gear", "Longitude"], &["33.4", "N", "70.6"], '.');
         assert_eq!(found, [Some(33.4), None, Some(70.6)]);
     }

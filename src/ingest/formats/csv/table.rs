@@ -133,7 +133,7 @@ pub(crate) fn read(
     })
 }
 
-/// Cells of the first rows: the first of them, and those that are in memory behind it.
+/// Cells of the first rows: the first of them, and those that are in memory after it.
 pub(super) fn sample(first: &str, more: &str, delimiter: u8) -> Vec<Vec<String>> {
     // the last line may be cut
     let whole = more.rsplit_once('\n').map_or("", |w| w.0);

@@ -240,7 +240,7 @@ pub(super) fn encoding_warning(log: &Location) -> std::result::Result<Option<War
     Ok(unknown_encoding(&head).map(|m| warning("unknown_encoding", None, 1, None, m)))
 }
 
-/// What to say of a text in no encoding that is known: names that are no UTF-8 and words of no language.
+/// Message about a text in no encoding that is known: names that are no UTF-8 and words of no language.
 fn unknown_encoding(head: &[u8]) -> Option<String> {
     // signs of Latin-1 are no letters: °, ², µ, º, ·
     let letter = |b: &&u8| !b.is_ascii() && ![0xb0, 0xb2, 0xb5, 0xb7, 0xba].contains(*b);

@@ -91,7 +91,7 @@ fn columns(log: &Location, contents: &Contents<'_>) -> Result<Vec<(Column, &'sta
 
 fn broken(contents: &Contents<'_>) -> Vec<Warning> {
     let told = |why: &String| {
-        let message = format!("{why}; what stands before is read");
+        let message = format!("{why}; the log is read up to there");
         warning("cut_off", None, 1, None, message)
     };
     contents.broken.iter().map(told).collect()

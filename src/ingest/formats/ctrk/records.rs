@@ -26,11 +26,10 @@ const LARGEST: usize = 500;
 pub(super) struct Record<'a> {
     /// ms since 1970, UTC as far as the logger's clock was set.
     pub stamp: i64,
-    /// What it carries.
     pub payload: Payload<'a>,
 }
 
-/// What a record carries.
+/// Contents of a record.
 #[derive(Debug, PartialEq)]
 pub(super) enum Payload<'a> {
     /// A CAN frame's identifier and data.
@@ -39,7 +38,6 @@ pub(super) enum Payload<'a> {
     Gps(&'a [u8]),
     /// The logger passed its start line.
     Lap,
-    /// Anything else.
     Other,
 }
 

@@ -3,6 +3,6 @@
 use crate::contract::sentence_error::sentence_error;
 
 sentence_error! {
-    /// What is wrong with a message or its definition.
+    /// Error in a message or its definition.
     Fault
 }

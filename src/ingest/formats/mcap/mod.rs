@@ -29,7 +29,6 @@ mod ros;
 
 use records::{Event, MAGIC, Scan};
 
-/// The format.
 pub(super) struct Mcap;
 
 /// Messages of a topic that are looked at to learn its fields.

@@ -1,7 +1,7 @@
 //! The records of an MCAP file, chunks unpacked.
 //!
 //! The file is read from its start, so that one without an end is read as far as it goes; every
-//! length is held against what is there. A chunk whose checksum is wrong is left out.
+//! length is checked against the bytes that are there. A chunk whose checksum is wrong is left out.
 
 use std::io::{BufReader, Read};
 
@@ -10,57 +10,41 @@ use mcap::records::{Record, op};
 use crate::ingest::error::Error;
 use crate::store::objects::{Location, source};
 
-/// What a file begins (and ends) with.
+/// First and last bytes of a file.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Largest chunk after unpacking, bytes; usual are a few million.
 const LARGEST: u64 = 256 << 20;
-/// What all chunks may come to, bytes, and more per byte of the file: recordings pack to a tenth, rarely to a hundredth.
+/// Largest size of all unpacked chunks, bytes, and per byte of the file: recordings pack to a tenth, rarely to a hundredth.
 const UNPACKED: (u64, u64) = (256 << 20, 1000);
 
 /// A record of the file.
 pub(super) enum Event<'a> {
     /// How messages are built.
-    Schema {
-        /// Its number.
-        id: u16,
-        /// The message's type.
-        name: String,
-        /// The definition's language.
-        encoding: String,
-        /// The definition.
-        data: &'a [u8],
-    },
-    /// A topic.
+    Schema { id: u16, name: String, encoding: String, data: &'a [u8] },
     Channel {
-        /// Its number.
         id: u16,
-        /// Its name.
         topic: String,
         /// How its messages are written.
         encoding: String,
-        /// Number of its schema.
         schema: u16,
     },
-    /// A message.
     Message {
         /// Number of its topic.
         channel: u16,
-        /// ns
+        /// Log time, ns.
         log_time: u64,
-        /// Its bytes.
         data: &'a [u8],
     },
     /// Words about the log.
     Metadata {
-        /// What they are about.
+        /// Topic.
         name: String,
-        /// The words.
         entries: Vec<(String, String)>,
     },
 }
 
-/// What is known at the end.
+/// Data known at the end.
 #[derive(Debug, Default)]
 pub(super) struct Scan {
     /// Chunks that could not be used.
@@ -115,7 +99,7 @@ pub(super) fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Sc
                     }
                 }
             }
-            // behind it is the summary
+            // after it is the summary
             op::DATA_END | op::FOOTER => break,
             0 => {
                 scan.cut = Some(at);
@@ -189,11 +173,11 @@ enum Field {
 
 /// Whether a record holds what its lengths claim.
 fn holds(mut body: &[u8], fields: &[Field]) -> bool {
-    /// What a length claims, taken off the front.
+    /// Bytes of a claimed length, taken from the front.
     fn long<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
-        let (length, behind) = rest.split_first_chunk::<4>()?;
-        let (claimed, behind) = behind.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        *rest = behind;
+        let (length, after) = rest.split_first_chunk::<4>()?;
+        let (claimed, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        *rest = after;
         Some(claimed)
     }
     fields.iter().all(|field| match field {
@@ -216,7 +200,7 @@ fn holds(mut body: &[u8], fields: &[Field]) -> bool {
 
 /// The records of a chunk; gives back how many bytes it was unpacked.
 fn chunk(body: &[u8], scan: &mut Scan, take: &mut dyn FnMut(Event<'_>)) -> u64 {
-    // start 8, end 8, size 8, checksum 4, name of the compression; then the records, whose length is held against the body
+    // start 8, end 8, size 8, checksum 4, name of the compression; then the records, whose length is checked against the body
     let claims = [Field::Skip(28), Field::Long];
     if !holds(body, &claims) {
         scan.bad_chunks += 1;
@@ -262,17 +246,17 @@ fn unpack(compression: &str, data: &[u8], out: &mut Vec<u8>) -> Option<()> {
 fn within(mut rest: &[u8], take: &mut dyn FnMut(Event<'_>)) {
     while let Some((head, more)) = rest.split_at_checked(9) {
         let length = u64::from_le_bytes(head[1..].try_into().unwrap_or_default());
-        let Some((body, behind)) =
+        let Some((body, after)) =
             usize::try_from(length).ok().and_then(|length| more.split_at_checked(length))
         else {
             return;
         };
         record(head[0], body, take);
-        rest = behind;
+        rest = after;
     }
 }
 
-/// What is there of a chunk that has no end.
+/// Readable part of a chunk that has no end.
 fn torn_chunk(body: &[u8], take: &mut dyn FnMut(Event<'_>)) {
     // start 8, end 8, size 8, checksum 4, length of the name of the compression 4
     let Some(length) = body.get(28..32) else { return };

@@ -8,7 +8,7 @@ use crate::ingest::formats::can::database::Database;
 use crate::ingest::formats::can::signals::{Collector, FrameCounts};
 use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 
-/// What marks channels from frames: no group has as many channels.
+/// Mark of channels from frames: no group has as many channels.
 const FRAMES: usize = 1 << 30;
 
 /// Whether a channel is a signal of frames.
@@ -30,7 +30,6 @@ pub(super) fn list(file: &Mf4File, database: &Database, listing: &mut Listing) {
     }));
 }
 
-/// The wanted signals.
 pub(super) fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChannel]) -> Decoded {
     let places: Vec<SourceChannel> = wanted
         .iter()

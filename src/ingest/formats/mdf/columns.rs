@@ -25,7 +25,7 @@ const MOST_UNPACKED: u64 = 64;
 pub(super) struct Columns {
     /// One per channel, equally long.
     pub columns: Vec<Vec<f64>>,
-    /// What ended them too early.
+    /// Error that ended them too early.
     pub broken: Option<Mf4Error>,
 }
 
@@ -156,7 +156,6 @@ fn tasks<'a>(pieces: &'a [Piece], record: usize, columns: &'a mut [Vec<f64>]) ->
     pieces.iter().map(&mut task).collect()
 }
 
-/// Decodes one piece.
 fn run(
     bytes: &dyn Bytes,
     fields: &[Field],
@@ -190,7 +189,7 @@ fn run(
     Ok(Ends { head: head.to_vec(), tail: tail.to_vec() })
 }
 
-/// Rows again of what was stored column by column; what does not fill a row is behind the others.
+/// Rows again of what was stored column by column; what does not fill a row comes last.
 fn turned_back(data: &[u8], columns: usize) -> Result<Vec<u8>, Mf4Error> {
     if columns == 0 {
         return Err(Mf4Error::Decompression("a transposed block without columns".into()));
@@ -266,7 +265,7 @@ mod tests {
         a.len() == b.len() && a.iter().zip(b).all(equal)
     }
 
-    /// What the library makes of a channel.
+    /// Values of a channel by the library.
     fn by_library(file: &Mf4File, channel: &Channel) -> Vec<f64> {
         let signal = file.signal(channel).expect("readable");
         let mut values = signal.values_f64().expect("numbers");
@@ -454,7 +453,7 @@ mod tests {
         let whole = sample("ride_logger.mf4");
         let streams = places(&whole, b"##DT");
         assert_eq!(streams.len(), 4);
-        // one that is cut into pieces before it is held against the file takes memory until there is none
+        // one that is cut into pieces before it is checked against the file takes memory until there is none
         for length in [whole.len() as u64 * (MOST_UNPACKED + 1), 1 << 45, u64::MAX - 7, u64::MAX] {
             let mut bytes = whole.clone();
             for at in &streams {

@@ -16,7 +16,6 @@ pub(super) enum Layout<'a> {
     Columns {
         /// As many bytes for each place in a record as there are lines.
         bytes: &'a [u8],
-        /// Records.
         lines: usize,
     },
 }
@@ -24,7 +23,6 @@ pub(super) enum Layout<'a> {
 /// A channel's place in its group's records.
 pub(super) struct Field<'a> {
     channel: &'a Channel,
-    /// Its first byte.
     at: usize,
     number: Number,
     /// Byte and mask of the invalidation bit.
@@ -53,7 +51,7 @@ impl Number {
         }
     }
 
-    /// Bytes.
+    /// Len, bytes.
     fn len(self) -> usize {
         match self {
             Number::F32 => 4,
@@ -64,7 +62,7 @@ impl Number {
 }
 
 impl<'a> Field<'a> {
-    /// Of a channel behind a record number of `id` bytes; `None` if it is not a plain number.
+    /// Of a channel after a record number of `id` bytes; `None` if it is not a plain number.
     pub(super) fn of(channel: &'a Channel, group: &ChannelGroup, id: usize) -> Option<Field<'a>> {
         let stored = matches!(channel.channel_type, ChannelType::FixedLength | ChannelType::Master);
         let readable = channel.unreadable().is_none() && channel.value_kind().is_numeric();

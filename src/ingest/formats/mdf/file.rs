@@ -49,7 +49,7 @@ mod local {
     /// Less than this is read in windows that are kept: a description's many small blocks.
     const SMALL: usize = 32 << 10;
 
-    /// What is to be known of a packed block before its samples.
+    /// Bytes of a packed block before its samples.
     const HEAD: usize = 64;
 
     /// A file on this machine. It is not mapped into memory: were it cut off meanwhile, that

@@ -35,7 +35,6 @@ mod v4;
 use file::Bytes;
 use patched::Patched;
 
-/// The format.
 pub(super) struct Mdf;
 
 impl Format for Mdf {
@@ -96,7 +95,6 @@ impl Format for Mdf {
     }
 }
 
-/// An open file.
 enum File {
     Three(Box<Mdf3File>),
     /// And its bytes.

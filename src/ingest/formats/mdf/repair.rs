@@ -1,4 +1,4 @@
-//! What is left of an MDF 4 file that was cut off or never closed.
+//! The readable part of an MDF 4 file that was cut off or never closed.
 //!
 //! Every block holds its length and its links to others, so the whole graph can be walked without
 //! knowing what the blocks mean. Links that lead nowhere are cut, and data blocks end where the
@@ -18,7 +18,6 @@ const LEAST: u64 = 24;
 /// Blocks of samples: the only ones that are of use without their end.
 const DATA: [&[u8]; 4] = [b"##DT", b"##SD", b"##RD", b"##DV"];
 
-/// What was found.
 #[derive(Debug, Default)]
 pub(super) struct Repaired {
     /// Place and new value.
@@ -32,7 +31,6 @@ pub(super) struct Repaired {
 }
 
 impl Repaired {
-    /// For people.
     pub(super) fn warnings(&self, unfinished: bool) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if unfinished {
@@ -49,7 +47,7 @@ impl Repaired {
         }
         if self.lost > 0 {
             let message = format!(
-                "{} parts of the file are missing or damaged and what they hold is left out",
+                "{} parts of the file are missing or damaged; their samples are left out",
                 self.lost
             );
             warnings.push(warning("damaged", None, self.lost, None, message));
@@ -89,14 +87,14 @@ pub(super) fn repair(bytes: &dyn ByteSource, unfinished: bool) -> Result<Repaire
     while let Some(at) = open.pop() {
         let Some(block) = block_at(bytes, at, unfinished) else { continue };
         for i in 0..block.links {
-            budget = budget.checked_sub(1).ok_or("its blocks make no sense")?;
+            budget = budget.checked_sub(1).ok_or("its blocks cannot be decoded")?;
             let place = at + LEAST + 8 * i;
             let Some(target) = number(bytes, place).filter(|target| *target != 0) else { continue };
             let found = block_at(bytes, target, unfinished);
             // the header's first link is to the first group of channels
             if (at, i) == (HEADER, 0) && found.is_none() {
                 return Err("it is cut off before the description of its channels, which this \
-                            writer puts behind the samples: nothing can be read"
+                            writer puts after the samples: nothing can be read"
                     .to_owned());
             }
             let Some(found) = found else {

@@ -95,7 +95,7 @@ pub(super) fn list(file: &Mf4File) -> Listing {
     listing
 }
 
-/// What one group gave.
+/// Data of one group.
 struct Part {
     columns: Vec<(usize, Column)>,
     warning: Option<Warning>,
@@ -158,7 +158,7 @@ fn read(
     wanted: &[(usize, &SourceChannel)],
     columns: &mut Vec<Vec<f64>>,
 ) -> Result<(), Mf4Error> {
-    let gone = |what: &str| Mf4Error::parse_error(format!("the {what} is gone"));
+    let gone = |what: &str| Mf4Error::parse_error(format!("the {what} is missing"));
     let data = file.data_groups().get(dg).ok_or_else(|| gone("group"))?;
     let group = data.channel_groups.get(cg).ok_or_else(|| gone("group"))?;
     let mut channels = vec![clock(group).ok_or_else(|| gone("clock"))?];

@@ -35,15 +35,13 @@ pub(super) struct Log {
     pub date: String,
     /// Time of day, as written.
     pub time: String,
-    /// Who drove.
     pub driver: String,
     /// On what.
     pub vehicle: String,
-    /// Where.
     pub venue: String,
     /// The channels, in the file's order.
     pub channels: Vec<Channel>,
-    /// What was wrong with the list of channels, one sentence each.
+    /// Faults of the list of channels, one sentence each.
     pub faults: Vec<String>,
 }
 
@@ -60,10 +58,8 @@ pub(super) enum SampleType {
     F32,
 }
 
-/// A channel's description.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Channel {
-    /// Its name.
     pub name: String,
     /// Its unit, as written.
     pub unit: String,
@@ -71,7 +67,6 @@ pub(super) struct Channel {
     pub rate: u16,
     /// Number of samples by its header.
     pub samples: u32,
-    /// Where they begin.
     place: u64,
     kind: SampleType,
     factor: f64,
@@ -79,7 +74,7 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// How many of the header's samples a file of that size holds.
+    /// Number of the header's samples in a file of that size.
     pub(super) fn there(&self, size: u64) -> u64 {
         let room = size.saturating_sub(self.place) / self.kind.bytes() as u64;
         u64::from(self.samples).min(room)
@@ -134,7 +129,8 @@ pub(super) fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Lo
     let mut seen = std::collections::HashSet::new();
     while at != 0 {
         if !seen.insert(at) || seen.len() > MOST_CHANNELS {
-            log.faults.push("the list of channels runs in a circle; those before are read".into());
+            log.faults
+                .push("the list of channels runs in a circle; the channels before are read".into());
             break;
         }
         if at + CHANNEL as u64 > size {
@@ -193,8 +189,8 @@ fn channel(block: &[u8; CHANNEL]) -> std::result::Result<Channel, String> {
     let [shift, multiplier, scale, decimals] = [24, 26, 28, 30].map(|i| u16_at(block, i) as i16);
     if rate == 0 || scale == 0 || !(-30..=30).contains(&decimals) {
         return Err(format!(
-            "channel `{name}` says rate {rate} Hz, scale {scale}, {decimals} decimals, which cannot \
-             be; left out"
+            "channel `{name}` says rate {rate} Hz, scale {scale}, {decimals} decimals, which is \
+             impossible; the channel is left out"
         ));
     }
     // a multiplier of nought would say nothing: writers leave it out like that

@@ -3,8 +3,8 @@
 //! | source | texts | stamps | units |
 //! |---|---|---|---|
 //! | Sensor Logger (phones) | `Accelerometer.csv`, `Location.csv`, ... | `time`, ns since 1970 | none written: [`UNITS`] |
-//! | phyphox (phones) | `Accelerometer.csv`, `Location.csv`, `meta/time.csv` | `Time (s)`, without pauses | behind the names |
-//! | gopro-telemetry, Telemetry Extractor | `...-ACCL.csv`, `...-GYRO.csv`, `...-GPS5.csv` | `cts`, ms of the video | behind the first name |
+//! | phyphox (phones) | `Accelerometer.csv`, `Location.csv`, `meta/time.csv` | `Time (s)`, without pauses | after the names |
+//! | gopro-telemetry, Telemetry Extractor | `...-ACCL.csv`, `...-GYRO.csv`, `...-GPS5.csv` | `cts`, ms of the video | after the first name |
 
 use super::table::Text;
 use crate::ingest::formats::csv::start_time;
@@ -53,7 +53,7 @@ impl App {
         }
     }
 
-    /// What it is, for people.
+    /// Description, for people.
     pub(super) fn name(self) -> &'static str {
         match self {
             App::SensorLogger => "Sensor Logger",
@@ -106,7 +106,7 @@ impl App {
         stream
     }
 
-    /// The name of a column without its unit, and the unit. Of GoPro's lists the columns behind the first are called by
+    /// The name of a column without its unit, and the unit. Of GoPro's lists the columns after the first are called by
     /// their number alone.
     fn name_and_unit(
         self,
@@ -137,7 +137,7 @@ impl App {
         }
     }
 
-    /// What a receiver writes for "not valid": negative speeds and bearings, and all of its numbers without a fix.
+    /// Removes the values that mean "not valid": negative speeds and bearings, and all of its numbers without a fix.
     fn take_invalid_out(self, stream: &mut Stream, streams: &mut Streams) {
         match self {
             App::SensorLogger => {
@@ -168,7 +168,7 @@ impl App {
         }
     }
 
-    /// What is only seen from all streams together.
+    /// Steps that need all streams.
     pub(super) fn finish(self, streams: &mut Streams, pauses: &[Pause]) {
         match self {
             App::SensorLogger => total_acceleration(streams),
@@ -217,7 +217,7 @@ pub(super) struct Pause {
     pub later: f64,
 }
 
-/// The clock of phyphox stands still while it pauses: samples behind a pause are as much later.
+/// The clock of phyphox stands still while it pauses: samples after a pause are as much later.
 fn put_pauses_in(streams: &mut Streams, pauses: &[Pause]) {
     let waited = pauses.last().map_or(0.0, |p| p.later);
     if waited <= 0.0 {

@@ -10,7 +10,7 @@ const MOST_FILES: usize = 2000;
 const LARGEST: u64 = 1 << 29;
 /// All texts together, bytes: they are in memory at once.
 const LARGEST_SUM: u64 = 1 << 30;
-/// What only some files may be packed to one byte, on average: nobody's samples are so alike.
+/// Largest ratio of packing, on average over a file: samples are not so alike.
 const MOST_RATIO: u64 = 2000;
 
 /// A file of an archive.

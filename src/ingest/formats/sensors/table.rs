@@ -5,7 +5,7 @@ use std::io::Cursor;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
 use crate::ingest::formats::csv::{cells, table};
-use crate::ingest::formats::streams::{MOST, Streams};
+use crate::ingest::formats::streams::{MAX_STREAMS, Streams};
 use crate::store::objects::Location;
 
 /// A text as numbers.
@@ -56,7 +56,7 @@ pub(super) fn read(
     let mut table = table::read(label, Cursor::new(bytes), &["time", "Time (s)", "cts"], 0)?;
     let mut names = std::mem::take(&mut table.names);
     let width = names.len();
-    names.truncate(MOST);
+    names.truncate(MAX_STREAMS);
     let dates = dates.and_then(|dates| names.iter().position(|n| n == dates));
     let places: Vec<cells::Wanted<'_>> =
         names.iter().enumerate().map(|(place, name)| (name.as_str(), place)).collect();

@@ -11,7 +11,6 @@ pub(crate) struct HeaderKeys {
     pub vehicle: &'static str,
     /// Who rode; the first that is there.
     pub driver: &'static [&'static str],
-    /// Where.
     pub venue: &'static str,
     /// Day and time of day; together they are the start.
     pub start: &'static [&'static str],

@@ -14,11 +14,9 @@
 /// A channel that is computed.
 #[derive(Debug)]
 pub(super) struct Derived {
-    /// Its name.
     pub name: &'static str,
-    /// Its unit.
     pub unit: &'static str,
-    /// What it is computed from.
+    /// Columns that it is computed from.
     pub of: &'static [&'static str],
     /// How, from one row of those; angles in degrees.
     pub how: fn(&[f64]) -> f64,

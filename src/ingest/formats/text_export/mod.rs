@@ -40,7 +40,7 @@ use facts::{Facts, HeaderKeys, wall_clock};
 /// One source's way of writing a table.
 #[derive(Debug)]
 struct Dialect {
-    /// What the text begins with, in lower case and without quotes.
+    /// Start of the text, in lower case and without quotes.
     begins: &'static str,
     /// First names of the row of names: the clock's.
     clock: &'static [&'static str],
@@ -341,7 +341,7 @@ fn rows(
     cells::read(log, &mut table.rows, places, writing, most)
 }
 
-/// What a source row's cell calls a device: `100: gps` is `gps`.
+/// Device of a source row's cell: `100: gps` is `gps`.
 fn device(text: &str) -> &str {
     match text.split_once(':') {
         Some((number, name)) if number.trim().parse::<u32>().is_ok() => name.trim(),
@@ -378,6 +378,6 @@ fn header_rate_warning(time: &[f64], told: Option<f64>) -> Option<Warning> {
         return None;
     }
     let message =
-        format!("the header says {told} Hz, the stamps say {rate:.4} Hz; they are believed");
+        format!("the header says {told} Hz, the stamps say {rate:.4} Hz; the stamps decide");
     Some(warning("rate_mismatch", None, 1, None, message))
 }

@@ -9,9 +9,9 @@
 //! 1,2026-08-10T17:16:45.040Z,50.51,13.62,240.1,36.1,0.12,-0.03,1.01,0,0.4,-0.9,-0.3
 //! ```
 //!
-//! Which columns there are depends on the preset of the export; some write units behind the names. Without them `Speed`
+//! Which columns there are depends on the preset of the export; some write units after the names. Without them `Speed`
 //! is in whatever the rider chose and the file does not say it: the unit is found from the positions. `Altitude`
-//! may be in feet, which nothing in the file tells: without a unit behind its name it has none.
+//! may be in feet, which nothing in the file tells: without a unit after its name it has none.
 
 use super::facts::{Facts, HeaderKeys, wall_clock};
 use super::rows;
@@ -29,7 +29,6 @@ use crate::ingest::motion::track;
 use crate::ingest::warning::warning;
 use crate::store::objects::Location;
 
-/// A RaceBox CSV.
 #[derive(Debug)]
 pub(crate) struct RaceBox;
 
@@ -83,8 +82,9 @@ impl Format for RaceBox {
                 format!("{unit}: it is {ratio:.3} times the speed of the positions in m/s"),
             )),
             None => {
-                let message = "the unit of `Speed` is not in the file, and its positions do not tell it either (too \
-                    little riding, or none of m/s, km/h and mph); say it with `unit` in a map"
+                let message = "the file does not give the unit of `Speed`, and its positions do \
+                               not show it (too little riding, or none of m/s, km/h and mph); give \
+                               it with `unit` in a map"
                     .to_owned();
                 warnings.push(warning("speed_unit", None, 1, None, message));
             }
@@ -192,7 +192,7 @@ fn without_fix(names: &[String], columns: &mut [Vec<f64>]) -> usize {
     lost.len()
 }
 
-/// The unit of a column: behind its name, or what the box measures in.
+/// The unit of a column: after its name, or what the box measures in.
 fn unit_of<'a>(name: &'a str, speed: Option<&'a str>) -> Option<&'a str> {
     match units::of_name(name) {
         (_, Some(unit)) => Some(unit),

@@ -1,7 +1,7 @@
 //! A channel map against what the motion says: wrong channels, signs, units and delays.
 
 use super::finding::UNIT;
-pub(crate) use super::finding::{Finding, Wrong};
+pub(crate) use super::finding::{Finding, FindingKind};
 pub use super::mend::mend;
 use super::motion;
 use super::physics::{Verdict, Verdicts};
@@ -11,15 +11,15 @@ use crate::ingest::maps::units;
 use crate::ingest::maps::{ChannelMap, Entry};
 use crate::ingest::session_schema::si_unit;
 
-/// Delays are held against each other beyond this, s, ...
+/// Delays are compared with each other beyond this, s, ...
 const LATE: f64 = 0.06;
 /// ... and beyond so many standard errors.
 const SURE: f64 = 3.0;
 
-/// What a comparison gave.
+/// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
-    /// What is wrong; a column may have several.
+    /// Findings; a column may have several.
     pub findings: Vec<Finding>,
     /// Columns that agree with the motion.
     pub agree: Vec<Channel>,
@@ -44,7 +44,7 @@ pub fn compare(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> Comp
     out
 }
 
-/// What a map that was fitted to a log makes of its channels: their places, and the columns.
+/// Channels of a log by a map that fits it: their places, and the columns.
 pub(crate) fn claims(map: &ChannelMap, listing: &Listing) -> Vec<(usize, Channel)> {
     map.entries.iter().filter_map(|e| Some((place(e, listing)?, quantity(e.channel)))).collect()
 }
@@ -73,7 +73,7 @@ fn judge(
     let channel = entry.channel;
     let quantity = quantity(channel);
     let name = &entry.from[0];
-    let mut find = |wrong: Wrong, message: String, mended: Option<Verdict>| {
+    let mut find = |wrong: FindingKind, message: String, mended: Option<Verdict>| {
         findings.push(Finding { channel, wrong, message, mended });
     };
     let best = sure(verdicts, quantity);
@@ -88,7 +88,7 @@ fn judge(
         };
         let right = listing.channels[best.source].full();
         find(
-            Wrong::Channel,
+            FindingKind::Channel,
             format!("{channel} is `{right}` ({}); {is}", best.why.join("; ")),
             Some(kept(best, entry)),
         );
@@ -103,16 +103,16 @@ fn judge(
             if let Some(is) = verdicts.entries.iter().find(is_twin).filter(|e| e.doubt.is_none()) {
                 let guess = verdicts.entries.iter().find(|e| e.channel == quantity).cloned();
                 find(
-                    Wrong::Kind,
+                    FindingKind::Kind,
                     format!("`{name}` is {twin} ({})", is.why.join("; ")),
                     // a guess only: it is commented out
-                    guess.map(|g| g.doubted("the motion does not tell which channel it is")),
+                    guess.map(|g| g.doubted("the motion does not show which channel it is")),
                 );
                 return true;
             }
         }
         let Some(why) = verdicts.left_out(source).filter(|_| !still && !imu) else { return false };
-        find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
+        find(FindingKind::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };
     let chosen = own.or_unit.as_deref().is_some_and(|unit| is_in(entry, unit));
@@ -122,7 +122,7 @@ fn judge(
         || own.of_two_units()
         || own.is_one_of_several();
     if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !only_part) {
-        find(Wrong::Kind, format!("`{name}`: {doubt}"), None);
+        find(FindingKind::Kind, format!("`{name}`: {doubt}"), None);
         return true;
     }
     if !own.confirmed {
@@ -133,15 +133,15 @@ fn judge(
     if let Some(ratio) = factor(entry, own).filter(|_| !chosen) {
         if ratio.abs().ln().abs() > UNIT.ln() {
             let message = format!(
-                "its factor is {ratio:.4} times what the motion asks for, as of {}: {}",
+                "its factor is {ratio:.4} times what the motion needs, as of {}: {}",
                 own.unit,
                 own.why.join("; ")
             );
-            find(Wrong::Unit, message, right.clone());
+            find(FindingKind::Unit, message, right.clone());
             wrong = true;
         }
         if ratio < 0.0 {
-            find(Wrong::Sign, format!("turned round: {}", own.why.join("; ")), right.clone());
+            find(FindingKind::Sign, format!("turned round: {}", own.why.join("; ")), right.clone());
             wrong = true;
         }
     }
@@ -154,7 +154,7 @@ fn judge(
                 entry.delay, own.delay
             );
             let mended = right.map(|v| Verdict { delay: own.delay + shift, ..v });
-            find(Wrong::Delay, message, mended);
+            find(FindingKind::Delay, message, mended);
         }
     }
     true
@@ -197,7 +197,7 @@ fn is_in(entry: &Entry, unit: &str) -> bool {
     entry.radius.is_none() && right.is_ok_and(|c| is(c.factor))
 }
 
-/// What a column is in the verdicts: the smoother of an inertial unit takes speed and course under names of its own.
+/// Column as the verdicts have it: the smoother of an inertial unit takes speed and course under names of its own.
 fn quantity(channel: Channel) -> Channel {
     match channel {
         Channel::SatelliteSpeed => Channel::VelocityX,
@@ -277,7 +277,7 @@ mod tests {
         assert_eq!(wheels(surface, front()).agree, [Channel::WheelSpeedFront]);
         let none = of("rpm");
         let [finding] = none.findings.as_slice() else { panic!("{:?}", none.findings) };
-        assert_eq!(finding.wrong, Wrong::Unit, "no unit of the two");
+        assert_eq!(finding.wrong, FindingKind::Unit, "no unit of the two");
         assert!(finding.mended.as_ref().is_some_and(|v| v.doubt.is_some()), "a guess only");
         // one of several of that name: the map chooses
         let several = Verdict {
@@ -295,7 +295,7 @@ mod tests {
         let map = "[channel.wheel_speed_front]\nfrom = \"b\"\nunit = \"rad/s\"\n";
         let found = wheels(map, front());
         let [finding] = found.findings.as_slice() else { panic!("{:?}", found.findings) };
-        assert_eq!((finding.channel, finding.wrong), (Channel::WheelSpeedFront, Wrong::Kind));
+        assert_eq!((finding.channel, finding.wrong), (Channel::WheelSpeedFront, FindingKind::Kind));
         assert!(finding.message.contains("`b` is wheel_speed_rear"), "{}", finding.message);
         assert!(finding.mended.as_ref().is_some_and(|v| v.doubt.is_some()), "a guess only");
     }

@@ -6,14 +6,13 @@ use crate::contract::channel::Channel;
 /// A factor beside the right one beyond this is another unit.
 pub(super) const UNIT: f64 = 1.35;
 
-/// What is wrong with an entry.
+/// Error in an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wrong {
+pub enum FindingKind {
     /// Another channel is this column.
     Channel,
     /// The channel is no such quantity.
     Kind,
-    /// Its sign.
     Sign,
     /// Its unit or scale.
     Unit,
@@ -21,15 +20,14 @@ pub enum Wrong {
     Delay,
 }
 
-impl Wrong {
-    /// In a word.
+impl FindingKind {
     pub fn name(self) -> &'static str {
         match self {
-            Wrong::Channel => "wrong channel",
-            Wrong::Kind => "no such quantity",
-            Wrong::Sign => "wrong sign",
-            Wrong::Unit => "wrong unit",
-            Wrong::Delay => "wrong delay",
+            FindingKind::Channel => "wrong channel",
+            FindingKind::Kind => "no such quantity",
+            FindingKind::Sign => "wrong sign",
+            FindingKind::Unit => "wrong unit",
+            FindingKind::Delay => "wrong delay",
         }
     }
 }
@@ -37,11 +35,8 @@ impl Wrong {
 /// Something wrong in a map.
 #[derive(Debug, Clone)]
 pub struct Finding {
-    /// The column.
     pub channel: Channel,
-    /// What is wrong.
-    pub wrong: Wrong,
-    /// What was seen.
+    pub wrong: FindingKind,
     pub message: String,
     /// The entry that would be right; `None` where it should go.
     pub mended: Option<Verdict>,

@@ -146,7 +146,7 @@ fn channels_of_real_loggers_are_offered_for_their_columns() {
         for (channel, &(_, name, _, wanted)) in log.channels.iter().zip(*channels) {
             let of = |column: Channel| {
                 let among = offered.iter().find(|o| o.0 == column).expect("a rule");
-                among.1.iter().take(MOST).find(|c| std::ptr::eq(c.channel, channel))
+                among.1.iter().take(MAX_OFFERED).find(|c| std::ptr::eq(c.channel, channel))
             };
             match wanted {
                 None => traps += 1,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::finding::{Finding, UNIT, Wrong};
+use super::finding::{Finding, FindingKind, UNIT};
 use super::physics::Verdict;
 use super::{called, motion, quoted};
 use crate::contract::channel::Channel;
@@ -58,8 +58,8 @@ pub(crate) fn out_of_reach(text: &str, findings: &[Finding]) -> Vec<Channel> {
 fn table(lines: &[String], channel: Channel) -> Option<Range<usize>> {
     let head = format!("channel.{channel}");
     let start = lines.iter().position(|l| table_name(l).is_some_and(|name| name == head))?;
-    let behind = lines[start + 1..].iter().position(|l| l.trim_start().starts_with('['));
-    let end = behind.map_or(lines.len(), |n| start + 1 + n);
+    let after = lines[start + 1..].iter().position(|l| l.trim_start().starts_with('['));
+    let end = after.map_or(lines.len(), |n| start + 1 + n);
     let is_entry = |l: &String| !(l.trim().is_empty() || l.trim_start().starts_with('#'));
     let last = lines[start..end].iter().rposition(is_entry)?;
     Some(start..start + last + 1)
@@ -101,8 +101,8 @@ fn remark(text: &str) -> Vec<String> {
 
 /// Puts the contradicted keys right.
 fn correct(table: &mut Table, verdict: &Verdict, findings: &[&Finding], listing: &Listing) {
-    let is = |wrong: Wrong| findings.iter().any(|f| f.wrong == wrong);
-    let (other, unit) = (is(Wrong::Channel), is(Wrong::Unit));
+    let is = |wrong: FindingKind| findings.iter().any(|f| f.wrong == wrong);
+    let (other, unit) = (is(FindingKind::Channel), is(FindingKind::Unit));
     let channel = &listing.channels[verdict.source];
     if other {
         table.put("from", &quoted(&called(channel, listing)));
@@ -121,11 +121,11 @@ fn correct(table: &mut Table, verdict: &Verdict, findings: &[&Finding], listing:
             }
         }
     }
-    if other || unit || is(Wrong::Sign) {
+    if other || unit || is(FindingKind::Sign) {
         let scale = table.number("scale").unwrap_or(1.0);
         table.number_is("sign", verdict.sign * scale.signum(), 1.0);
     }
-    if other || is(Wrong::Delay) {
+    if other || is(FindingKind::Delay) {
         table.number_is("delay", (1000.0 * verdict.delay).round() / 1000.0, 0.0);
     }
 }
@@ -183,13 +183,13 @@ impl Table {
         Some(self.value(key)?.as_str()?.to_owned())
     }
 
-    /// Gives a key a value; the comment behind it stays.
+    /// Gives a key a value; the comment after it stays.
     fn put(&mut self, key: &str, value: &str) {
         let Some(lines) = self.find(key) else { return self.0.push(format!("{key} = {value}")) };
         let old = &self.0[lines.start];
-        let behind = old.split_once('=').map_or("", |(_, rest)| apart(rest).1);
-        let behind = if behind.is_empty() { String::new() } else { format!(" {behind}") };
-        self.0.splice(lines, [format!("{key} = {value}{behind}")]);
+        let after = old.split_once('=').map_or("", |(_, rest)| apart(rest).1);
+        let after = if after.is_empty() { String::new() } else { format!(" {after}") };
+        self.0.splice(lines, [format!("{key} = {value}{after}")]);
     }
 
     /// Gives a key a number, unless it is that, or would be without the key.
@@ -206,7 +206,7 @@ impl Table {
     }
 }
 
-/// A value and the comment behind it.
+/// A value and the comment after it.
 fn apart(text: &str) -> (&str, &str) {
     let mut quote: Option<char> = None;
     let mut escaped = false;
@@ -239,7 +239,7 @@ mod tests {
         Listing { channels: all.map(channel).to_vec(), ..Listing::default() }
     }
 
-    fn finding(wrong: Wrong, verdict: Verdict) -> Finding {
+    fn finding(wrong: FindingKind, verdict: Verdict) -> Finding {
         let message = "seen".to_owned();
         Finding { channel: verdict.channel, wrong, message, mended: Some(verdict) }
     }
@@ -255,19 +255,19 @@ mod tests {
     /// What a hand has written about a zero stays where only the sign was wrong.
     #[test]
     fn only_the_contradicted_key_changes() {
-        let right = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
+        let right = finding(FindingKind::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
         let text = mend(HAND, &listing(), &[right]);
         let wanted = HAND
             .replace("[channel.roll]\n", "[channel.roll]\n# mended, wrong sign: seen\n")
             .replace("scale = 1.02\n", "scale = 1.02\nsign = -1\n");
         assert_eq!(text, wanted);
         // an editor of another system ends lines its way
-        let right = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
+        let right = finding(FindingKind::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
         let text = mend(&HAND.replace('\n', "\r\n"), &listing(), &[right]);
         assert_eq!(text, wanted.replace('\n', "\r\n"));
         // a sign that stands there is turned, and its comment kept
         let turned = HAND.replace("scale = 1.02", "sign = -1 # upside down");
-        let right = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", 1.0));
+        let right = finding(FindingKind::Sign, verdict(Channel::Roll, 0, "deg", 1.0));
         let text = mend(&turned, &listing(), &[right]);
         assert!(
             text.contains("\nsign = 1 # upside down\n") && text.contains("offset = 2.0"),
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn numbers_of_another_channel_are_commented_out_not_lost() {
         let right = verdict(Channel::BrakePressureFront, 1, "bar", 1.0);
-        let text = mend(HAND, &listing(), &[finding(Wrong::Channel, right)]);
+        let text = mend(HAND, &listing(), &[finding(FindingKind::Channel, right)]);
         assert!(
             text.contains("\nfrom = \"Front\" # ?\nunit = \"bar\"\n# offset = 0.5\n"),
             "{text}"
@@ -288,7 +288,8 @@ mod tests {
 
     #[test]
     fn a_unit_takes_the_scale_along_that_stood_in_for_it() {
-        let right = || finding(Wrong::Unit, verdict(Channel::BrakePressureFront, 1, "psi", 1.0));
+        let right =
+            || finding(FindingKind::Unit, verdict(Channel::BrakePressureFront, 1, "psi", 1.0));
         let text = mend(HAND, &listing(), &[right()]);
         assert!(text.contains("\nunit = \"psi\"\noffset = 0.5\nfile_unit = \"bar\"\n"), "{text}");
         let scaled = HAND.replace("offset = 0.5", "scale = -14.5");
@@ -299,13 +300,13 @@ mod tests {
     #[test]
     fn a_delay_alone_is_put_right() {
         let late = Verdict { delay: 0.1204, ..verdict(Channel::Roll, 0, "deg", -1.0) };
-        let text = mend(HAND, &listing(), &[finding(Wrong::Delay, late)]);
+        let text = mend(HAND, &listing(), &[finding(FindingKind::Delay, late)]);
         assert!(text.contains("scale = 1.02\ndelay = 0.12\n") && !text.contains("sign"), "{text}");
     }
 
     #[test]
     fn what_is_wrong_altogether_is_commented_out_and_what_has_no_table_said() {
-        let mut wrong = finding(Wrong::Kind, verdict(Channel::Roll, 0, "deg", 1.0));
+        let mut wrong = finding(FindingKind::Kind, verdict(Channel::Roll, 0, "deg", 1.0));
         wrong.mended = None;
         let text = mend(HAND, &listing(), std::slice::from_ref(&wrong));
         let out = "# taken out, no such quantity: seen\n# [channel.roll]\n# from = \"Roll\"\n";
@@ -313,7 +314,7 @@ mod tests {
         let inline = "channel.roll = { from = \"Roll\" }\n";
         assert!(out_of_reach(HAND, std::slice::from_ref(&wrong)).is_empty());
         assert_eq!(taken_out(HAND, std::slice::from_ref(&wrong)), [Channel::Roll]);
-        let sure = finding(Wrong::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
+        let sure = finding(FindingKind::Sign, verdict(Channel::Roll, 0, "deg", -1.0));
         assert!(taken_out(HAND, &[sure]).is_empty());
         assert_eq!(out_of_reach(inline, std::slice::from_ref(&wrong)), [Channel::Roll]);
         assert_eq!(mend(inline, &listing(), &[wrong]), inline);

@@ -24,7 +24,7 @@ mod words;
 use words::{RULES, Rule, words};
 
 /// Most channels of the log that are offered for one column.
-const MOST: usize = 4;
+const MAX_OFFERED: usize = 4;
 
 /// Least, middle and largest number of a channel.
 type Extent = [f64; 3];
@@ -93,7 +93,7 @@ fn write_map(
         writeln!(out, "\n[channel]")?;
     }
     for (rule, candidates) in &found {
-        for candidate in candidates.iter().take(MOST) {
+        for candidate in candidates.iter().take(MAX_OFFERED) {
             write_entry(out, rule, candidate, listing)?;
         }
     }
@@ -114,7 +114,7 @@ pub(crate) fn clock(channel: &SourceChannel) -> Option<(usize, Option<&str>)> {
     known.is_none_or(|d| d == "time").then_some((rank, own.filter(|_| known.is_some()).or(by_name)))
 }
 
-/// `t_s` and its like: behind every other name of a clock.
+/// `t_s` and its like: after every other name of a clock.
 fn short_clock(name: &str) -> Option<(usize, Option<&'static str>)> {
     let name = names::folded(name);
     let unit =

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::physics::{RADIUS, Verdict, Verdicts};
 use super::words::RULES;
-use super::{MOST, called, found_clock, quoted, write_time};
+use super::{MAX_OFFERED, called, found_clock, quoted, write_time};
 use crate::contract::channel::Channel;
 use crate::ingest::formats::listing::Listing;
 
@@ -74,8 +74,9 @@ fn write(
         writeln!(out, "\n[imu]")?;
         comment(
             out,
-            "from the unit to the centre of mass of motorcycle and rider, forward, left, up, m: measure it, without it \
-             velocities and accelerations are the unit's own and count 0.3 m of lever",
+            "from the unit to the centre of mass of motorcycle and rider, forward, left, up, m: \
+             measure it: without it velocities and accelerations are those of the unit, with an \
+             assumed uncertainty of 0.3 m",
         )?;
         writeln!(out, "# arm = [0.0, 0.0, 0.0]")?;
     }
@@ -83,7 +84,7 @@ fn write(
     let mut said: Option<&[String]> = None;
     for channel in columns(verdicts) {
         let entries = verdicts.entries.iter().filter(|e| e.channel == channel && !of_imu(e));
-        for verdict in entries.take(MOST) {
+        for verdict in entries.take(MAX_OFFERED) {
             let mut shown = if imu.is_empty() { verdict.clone() } else { for_smoother(verdict) };
             // what is as the one before is said once
             if said == Some(&verdict.why) {

@@ -8,15 +8,14 @@ use Channel::*;
 
 /// How a column is recognised.
 pub(super) struct Rule {
-    /// The column.
     pub channel: Channel,
-    /// What its unit measures.
+    /// Quantity of its unit.
     pub dimension: &'static str,
     /// Sets of words; all of one of them must be in the name. The one of most words counts.
     sets: &'static [&'static str],
     /// Words that must not be in the name.
     not: &'static str,
-    /// What its owner ought to know.
+    /// Hint for the owner of the log.
     pub hint: Option<&'static str>,
 }
 

@@ -27,7 +27,7 @@ const DELAYS: f64 = 0.6;
 /// Step between them, s.
 const DELAY_STEP: f64 = 0.02;
 
-/// What the log itself says of mounting and delay.
+/// Mounting and delay as estimated from the log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
     /// The unit's axes to the body's.
@@ -50,7 +50,7 @@ pub struct Alignment {
 struct Window {
     from: f64,
     to: f64,
-    /// m/s.
+    /// Speed, m/s.
     speed: f64,
     /// Mean change of speed, m/s².
     change: f64,
@@ -180,7 +180,7 @@ fn filled(windows: &[Window], sums: &Sums, delay: f64) -> Vec<Window> {
     windows.iter().filter_map(fill).collect()
 }
 
-/// What is seen at one delay.
+/// Fit at one delay.
 struct Seen {
     up: Vector3<f64>,
     /// Specific force per change of speed.

@@ -19,7 +19,6 @@ use super::state::{Covariance, Errors, State};
 /// Steps that are in memory at a time.
 const BLOCK: usize = 2000;
 
-/// The smoothed ride.
 pub(super) struct Smoothed {
     /// At every step.
     pub states: Vec<State>,

@@ -34,7 +34,6 @@ pub(super) struct Problem<'a> {
     f: Vec<Vector3<f64>>,
     w_row: Vec<Vector3<f64>>,
     f_row: Vec<Vector3<f64>>,
-    /// Of the outputs.
     pub felt: Vec<Felt>,
     pub noise: Noise,
     /// The filter's steps, in order.
@@ -51,7 +50,6 @@ pub(super) struct Problem<'a> {
 /// A step of the filter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
-    /// Its sample.
     pub sample: usize,
     /// Whether the log begins anew with it.
     pub first: bool,
@@ -60,7 +58,6 @@ pub(super) struct Node {
 /// Where a stretch without gaps begins.
 #[derive(Debug, Clone)]
 pub(super) struct Start {
-    /// Its first node.
     pub node: usize,
     /// Position, velocity and attitude.
     pub state: State,
@@ -68,10 +65,9 @@ pub(super) struct Start {
     pub sd: Errors,
 }
 
-/// What a pass begins with.
+/// Start of a pass.
 #[derive(Debug, Clone)]
 pub(super) struct Begin {
-    /// Of every stretch.
     pub starts: Vec<Start>,
     /// Delay that epochs are placed by, s.
     pub delay: f64,
@@ -128,7 +124,7 @@ fn slow(
     out
 }
 
-/// White noise per sample: what is left above 10 Hz, over the whole band.
+/// White noise per sample: its part above 10 Hz, over the whole band.
 fn white(x: &[Vector3<f64>], stretches: &[std::ops::Range<usize>], rate: f64) -> f64 {
     let cut = f64::min(10.0, 0.2 * rate);
     let smooth = slow(x, stretches, rate, cut);
@@ -314,7 +310,7 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// What is measured at a step.
+    /// Measurements at a step.
     fn measurements(
         &self,
         k: usize,

@@ -8,10 +8,10 @@ use super::strapdown::gravity;
 /// How many there are.
 pub const OUTPUTS: usize = 10;
 
-/// What the unit measures at an instant, body axes, low-passed.
+/// Measurement of the unit at an instant, body axes, low-passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Felt {
-    /// rad/s.
+    /// Rate, rad/s.
     pub rate: Vector3<f64>,
     /// Derivative of the rate, rad/s².
     pub rate_rate: Vector3<f64>,

@@ -1,6 +1,6 @@
 //! What goes in.
 
-/// What a satellite receiver gave at one of its instants; NaN where it gave nothing.
+/// One fix of a satellite receiver; NaN where it gives nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epoch {
     /// As stamped, on the clock of the inertial unit, s.
@@ -26,7 +26,6 @@ pub struct Log {
     pub rates: [Vec<f64>; 3],
     /// Specific forces along the unit's three axes, m/s²: at rest 9.8 upwards.
     pub forces: [Vec<f64>; 3],
-    /// The receiver's.
     pub epochs: Vec<Epoch>,
     /// Spin of the front and the rear wheel, rad/s, where there is any.
     pub wheels: [Option<Vec<f64>>; 2],
@@ -41,7 +40,6 @@ pub struct Log {
 }
 
 impl Log {
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.rates[0].len()
     }

@@ -35,9 +35,7 @@ const FORCE_SCALE: f64 = 0.003;
 /// Channels of the level frame, in the order of [`NAMES`]; NaN where the log has gaps.
 #[derive(Debug, Clone)]
 pub struct Level {
-    /// Values.
     pub values: [Vec<f64>; OUTPUTS],
-    /// Their standard deviations.
     pub sd: [Vec<f64>; OUTPUTS],
 }
 

@@ -21,20 +21,16 @@ const WHEELBASE: f64 = 1.4;
 /// Where a measurement comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
-    /// The receiver's velocity.
     Velocity,
-    /// The receiver's place.
     Place,
-    /// The wheels' spin.
     Wheels,
     /// Another sensor's lean.
     Lean,
-    /// What straight running is like.
+    /// Constraint of straight running.
     Straight,
 }
 
 impl Source {
-    /// Each once.
     pub(super) const ALL: [Source; 5] =
         [Source::Velocity, Source::Place, Source::Wheels, Source::Lean, Source::Straight];
 
@@ -47,7 +43,6 @@ impl Source {
         }
     }
 
-    /// For people.
     pub(super) fn name(self) -> &'static str {
         match self {
             Source::Velocity => "satellite velocity",
@@ -59,14 +54,11 @@ impl Source {
     }
 }
 
-/// One measured number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Measurement {
-    /// What it is of.
+    /// Kind of the measurement.
     pub kind: Kind,
-    /// The number.
     pub value: f64,
-    /// Its variance.
     pub variance: f64,
     /// Rate of the unit then, body axes, low-passed, rad/s.
     pub rate: Vector3<f64>,
@@ -78,7 +70,7 @@ pub(super) struct Measurement {
     pub arm: Vector3<f64>,
 }
 
-/// What a measured number is of.
+/// Kind of a measured number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     /// Antenna's velocity along a direction of the world.
@@ -151,7 +143,7 @@ impl Kind {
 }
 
 impl Measurement {
-    /// What the state says that it should be.
+    /// Value predicted by the state.
     pub(super) fn predicted(&self, state: &State) -> f64 {
         let ahead = self.ahead - state.other[DELAY];
         match self.kind {
@@ -214,14 +206,14 @@ impl Measurement {
 }
 
 /// Rates about the level x and about the vertical, rad/s. Unlike Euler rates they do not depend on the pitch of the main
-/// frame in the body: rolling into a bend, lean and turn do not belong together, and would be explained by it.
+/// frame in the body: rolling into a corner, lean and turn do not belong together, and would be explained by it.
 fn turning(state: &State, rate: &Vector3<f64>) -> [f64; 2] {
     let spin = state.attitude * state.rate(rate);
     let [x, y] = trace(&state.frame());
     [spin.x * x + spin.y * y, spin.z]
 }
 
-/// What a state says of straight running: speed, forward acceleration, whether it is.
+/// Straight running by a state: speed, forward acceleration, whether it is.
 pub(super) fn running(
     state: &State,
     rate: &Vector3<f64>,

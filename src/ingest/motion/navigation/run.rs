@@ -58,12 +58,10 @@ impl Share {
     }
 }
 
-/// What a log gives.
+/// Result of a log.
 #[derive(Debug, Clone)]
 pub struct Navigation {
-    /// The channels.
     pub level: Level,
-    /// The first alignment.
     pub alignment: Alignment,
     /// The unit's axes to those of the main frame, as smoothed.
     pub mounting: Rotation3<f64>,

@@ -2,7 +2,6 @@
 
 use nalgebra::{Rotation3, SMatrix, SVector, Vector3};
 
-/// Number of errors.
 pub(crate) const N: usize = 42;
 /// Position of the unit as the receiver sees it, world, m.
 pub(crate) const P: usize = 0;

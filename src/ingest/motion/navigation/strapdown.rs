@@ -159,7 +159,7 @@ impl Transition {
         }
     }
 
-    /// What follows from later measurements, a step earlier: `F' l` and `F' L F`.
+    /// Quantities that follow from later measurements, a step earlier: `F' l` and `F' L F`.
     pub(super) fn back(&self, vector: &mut Errors, matrix: &mut Covariance) {
         let from_top = product_transposed(&self.top, &vector.fixed_rows::<9>(0).into_owned());
         for i in 0..N {

@@ -13,15 +13,13 @@ use crate::store::tables::rows::{ChangeRow, EventRow};
 /// Rides by which two ways may be apart in where a change begins and ends.
 const APART: usize = 1;
 
-/// Something that changed.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
-    /// What each way says of it: the comparison of rides first.
+    /// Evidence of each method: the comparison of rides first.
     pub evidence: Vec<Evidence>,
 }
 
 impl Entry {
-    /// Which rides.
     pub(crate) fn place(&self) -> String {
         self.evidence.first().map(|e| place(&e.row)).unwrap_or_default()
     }
@@ -67,7 +65,7 @@ pub(crate) struct Shown {
     pub lines: Vec<Line>,
 }
 
-/// What one way says of it.
+/// Evidence of one method.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // parts of the line in the template
 pub(crate) struct Line {
@@ -76,7 +74,7 @@ pub(crate) struct Line {
     pub detail: String,
 }
 
-/// What changed on one motorcycle, in order of the first ride that differs; of one ride the longest change comes first, then
+/// Changes on one motorcycle, in order of the first ride that differs; of one ride the longest change comes first, then
 /// the surest.
 pub(crate) fn entries(changes: &[ChangeRow], events: &[EventRow], rides: &Rides) -> Vec<Entry> {
     let mut all: Vec<Entry> =

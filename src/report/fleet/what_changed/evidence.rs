@@ -23,7 +23,6 @@ pub(crate) enum Way {
 }
 
 impl Way {
-    /// In words.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Way::Rides => "comparison of rides",
@@ -42,10 +41,9 @@ pub(crate) enum Quantity {
     Number(String),
 }
 
-/// What one way says.
+/// Evidence of one method.
 #[derive(Debug, Clone)]
 pub(crate) struct Evidence {
-    /// Which way.
     pub way: Way,
     /// The change. An event's `rides` is also `stretch`: rides up to one that is not the last.
     pub row: ChangeRow,
@@ -55,7 +53,7 @@ pub(crate) struct Evidence {
     pub quantities: Vec<Quantity>,
     /// The cause in one or two words, for a chart.
     pub label: String,
-    /// What shows it, as a line below the sentence.
+    /// Evidence, as a line below the sentence.
     pub detail: String,
 }
 
@@ -204,7 +202,7 @@ pub(super) fn as_sentence(clause: &str) -> String {
     }
 }
 
-/// What makes an event, as a main clause; `None` where coefficients do not show it.
+/// Cause of an event, as a main clause; `None` where coefficients do not show it.
 fn cause(kind: EventKind, tyre: &str) -> Option<&'static str> {
     match (kind, tyre) {
         (EventKind::TyreSwap, "front") => Some("another front tyre was on"),

@@ -42,28 +42,24 @@ pub(crate) struct Sources<'a> {
     estimates: Estimates,
 }
 
-/// One motorcycle.
 #[derive(Debug, Serialize)]
 pub(crate) struct Motorcycle {
-    /// Its id.
     pub bike_id: String,
     /// File name of its page, once it has one.
     pub page: String,
-    /// How many rides are as before; empty where rides are not compared.
+    /// Number of rides that are as before; empty where rides are not compared.
     pub head: String,
-    /// What changed, in order of time.
+    /// Changes, in order of time.
     pub entries: Vec<Shown>,
     /// The largest size over its standard error of each entry.
     #[serde(skip)]
     pub strengths: Vec<f64>,
 }
 
-/// Its numbers.
 #[derive(Debug, Serialize)]
 pub(crate) struct Lines {
     /// The numbers that moved, over the rides.
     pub moved: Vec<TimeLine>,
-    /// The others.
     pub others: Vec<Usual>,
 }
 

@@ -40,7 +40,6 @@ pub(crate) type Estimates = BTreeMap<String, BTreeMap<String, Numbers>>;
 pub(crate) struct Point {
     /// The ride's place among the motorcycle's rides.
     pub ride: usize,
-    /// The value.
     pub value: f64,
     /// Ends of its 95 % interval.
     pub ends: [f64; 2],
@@ -51,7 +50,7 @@ pub(crate) struct Point {
 /// A number over the rides.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Series {
-    /// What it is, in words.
+    /// Description, in words.
     pub title: String,
     /// Key in the tables.
     pub key: String,

@@ -8,10 +8,8 @@ use crate::report::error::Error;
 use crate::store::tables::read;
 use crate::store::tables::rows::{ChangeRow, Circumstances, DiagnosisRow, Ident, SessionRow};
 
-/// One ride.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Ride {
-    /// Which and when.
     pub ident: Ident,
     /// Where, by whom and on what tyres.
     pub circumstances: Circumstances,
@@ -24,7 +22,6 @@ pub(crate) struct Ride {
 /// The rides of one motorcycle, in order of time; those without a time first, by their names.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rides {
-    /// The rides.
     pub rides: Vec<Ride>,
     /// Place of each by its id.
     places: BTreeMap<String, usize>,

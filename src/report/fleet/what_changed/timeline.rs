@@ -34,7 +34,6 @@ pub(crate) struct Mark {
     pub members: Vec<bool>,
     /// Whether it is a drift.
     pub is_drift: bool,
-    /// The cause.
     pub label: String,
 }
 
@@ -78,7 +77,7 @@ pub(crate) struct Tick {
     pub anchor: &'static str,
 }
 
-/// What the pointer over a ride shows.
+/// Text for the pointer over a ride.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub(crate) struct Hint {

@@ -51,7 +51,6 @@ pub struct Motion {
 pub struct Force {
     /// Moment about the origin.
     pub moment: Vector3<f64>,
-    /// Force.
     pub force: Vector3<f64>,
 }
 
@@ -108,7 +107,6 @@ impl Force {
         Force { moment: r.cross(&force), force }
     }
 
-    /// A pure moment.
     pub fn moment(moment: Vector3<f64>) -> Self {
         Force { moment, force: Vector3::zeros() }
     }
@@ -152,7 +150,7 @@ impl std::ops::Mul<f64> for Force {
 /// Inertia of one rigid body about its frame's origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rigid {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Centre of mass, m.
     pub centre: Vector3<f64>,
@@ -212,7 +210,7 @@ impl Articulated {
         }
     }
 
-    /// `self - u u' / d`: what is left when a joint gives way.
+    /// `self - u u' / d`: the articulated inertia beyond a free joint.
     pub(crate) fn less(&self, u: &Force, d: f64) -> Self {
         let k = 1.0 / d;
         Articulated {

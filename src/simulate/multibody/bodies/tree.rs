@@ -29,7 +29,6 @@ impl Joint {
 pub struct Body {
     /// Index of the parent: 0 is the base, the body after it is 1.
     pub parent: usize,
-    /// The joint.
     pub joint: Joint,
     /// The joint's origin in the parent's axes, m; the body's own origin at zero travel.
     pub offset: Vector3<f64>,
@@ -40,13 +39,12 @@ pub struct Body {
 /// Base and bodies; a parent stands before its children.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
-    /// The floating base.
     pub base: Rigid,
     /// The others, each with its joint.
     pub bodies: Vec<Body>,
 }
 
-/// What is known of one link at an instant. Vectors in the link's axes about its origin unless
+/// Known properties of one link at an instant. Vectors in the link's axes about its origin unless
 /// said otherwise.
 #[derive(Debug, Clone, Copy)]
 pub struct Link {
@@ -54,7 +52,6 @@ pub struct Link {
     pub rotation: Matrix3<f64>,
     /// Origin in the world, m.
     pub position: Vector3<f64>,
-    /// Velocity.
     pub velocity: Motion,
     /// Force from outside; cleared by [`Tree::kinematics`].
     pub external: Force,

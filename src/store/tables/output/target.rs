@@ -52,7 +52,7 @@ pub(super) fn what_is(there: &Metadata) -> &'static str {
     if there.is_dir() { "a folder" } else { "a file" }
 }
 
-/// What bytes for a path go to.
+/// Target of the bytes for a path.
 pub(super) fn target(path: &Path) -> Result<Target> {
     let wrong = |what: &str| Error::new(ErrorKind::InvalidInput, what.to_owned());
     let there = match std::fs::metadata(path) {
@@ -81,7 +81,7 @@ pub(super) fn target(path: &Path) -> Result<Target> {
     }
 }
 
-/// A path behind all links of its last part, be there anything or not.
+/// A path with all links of its last part resolved, whether a file is there or not.
 fn followed(path: &Path) -> Result<PathBuf> {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -115,7 +115,7 @@ fn printed(_: &Metadata) -> Option<Printed> {
     None
 }
 
-/// Writes a file that the user has named, by the rule of [`tables::output`](crate::store::tables::output).
+/// Writes a file to the path the user gave, by the rule of [`tables::output`](crate::store::tables::output).
 ///
 /// # Errors
 /// It cannot be written.
@@ -176,7 +176,7 @@ fn open_stream(path: &Path) -> Result<std::fs::File> {
         match options.open(path) {
             Err(e) if is_unread(&e) => {
                 if start.elapsed() > PATIENCE {
-                    let what = "nobody reads this pipe; start its reader first";
+                    let what = "no program reads this pipe; start its reader first";
                     return Err(Error::new(ErrorKind::BrokenPipe, what));
                 }
                 std::thread::sleep(PAUSE);

@@ -12,13 +12,13 @@ use crate::contract::channel::Channel;
 
 const UNITS: [&str; 3] = ["m/s2", "g", "mg"];
 /// How far the slope of an acceleration may be off.
-const NEAR: f64 = 0.25;
-/// The vertical grows by this share in bends where the sensor leans.
+const SLOPE_TOLERANCE: f64 = 0.25;
+/// The vertical grows by this share in corners where the sensor leans.
 const GROWS: f64 = 1.05;
 /// An axis that should be level and feels this share of gravity is turned.
 const TURNED: f64 = 0.09;
 
-/// What one sensor's three axes say of how it sits.
+/// Mounting of a sensor by its three axes.
 struct Seat {
     /// The names without the axis.
     family: String,
@@ -140,7 +140,7 @@ fn along(
                 .push((place, format!("named like {column}, but r = {r:.2} with dv/dt: {seen}")));
             continue;
         };
-        let Some(unit) = unit_of(own, "m/s2", &UNITS, l.slope, NEAR) else {
+        let Some(unit) = unit_of(own, "m/s2", &UNITS, l.slope, SLOPE_TOLERANCE) else {
             out.left.push((place, format!("r = {:.2} with dv/dt, but {:.3} of its numbers are 1 m/s2: turned axes, or no unit that is known", l.r, l.slope)));
             continue;
         };
@@ -215,7 +215,7 @@ fn across(
             ));
             continue;
         };
-        let Some(unit) = unit_of(own, "m/s2", &UNITS, l.slope, NEAR) else {
+        let Some(unit) = unit_of(own, "m/s2", &UNITS, l.slope, SLOPE_TOLERANCE) else {
             out.left.push((place, format!("r = {:.2} with v x turn, but {:.3} of its numbers are 1 m/s2: it leans with the bike, or is turned", l.r, l.slope)));
             continue;
         };

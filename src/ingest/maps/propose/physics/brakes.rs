@@ -38,7 +38,7 @@ struct Brake {
     pressed: f64,
     /// Deceleration per unit, m/s².
     gain: f64,
-    /// What it does when it is pressed hard, m/s², and the standard error of that.
+    /// Deceleration when it is pressed hard, m/s², and its standard error.
     most: f64,
     error: f64,
     /// Change of ln(front / rear wheel speed) when pressed hard.
@@ -120,7 +120,7 @@ fn brake(log: &Log<'_>, place: usize) -> Brake {
     }
 }
 
-/// What each pressure does: deceleration and slip, by least squares where the bike slows down.
+/// Effect of each pressure: deceleration and slip, by least squares where the bike slows down.
 ///
 /// ```text
 /// a = -g1 p1 - g2 p2 - c v^2 - a0        ln(v_front / v_rear) = s1 p1 + s2 p2 + s0

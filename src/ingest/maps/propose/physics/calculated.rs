@@ -45,7 +45,7 @@ mod tests {
     use crate::ingest::maps::propose::physics::Clock;
     use crate::ingest::raw::Column;
 
-    /// A minute of bends at 10 Hz; the lean in degrees is `larger` than the ideal one and has noise.
+    /// A minute of corners at 10 Hz; the lean in degrees is `larger` than the ideal one and has noise.
     fn of(larger: f64, noise: f64) -> Option<f64> {
         let channel = |name: &str| SourceChannel { name: name.into(), ..SourceChannel::default() };
         let channels = [channel("Lateral acceleration"), channel("Lean angle")];

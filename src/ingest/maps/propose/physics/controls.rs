@@ -33,7 +33,7 @@ struct Engine {
     late: Option<Delay>,
 }
 
-/// Channels that are named like an engine's speed and change as one.
+/// Channels with the name of an engine's speed that change like one.
 fn revolutions<'a>(log: &'a Log<'_>, out: &'a Verdicts) -> impl Iterator<Item = usize> + use<'a> {
     let taken = |i: usize| out.entries.iter().any(|e| e.source == i) || out.left_out(i).is_some();
     let meant = |i: &usize| {
@@ -64,7 +64,7 @@ fn engine(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Engine> 
     Some(Engine { place, gearing, late })
 }
 
-/// An engine that is held against a wheel needs no account of slip; against the ground it does.
+/// An engine that is compared with a wheel needs no account of slip; against the ground it does.
 fn engine_late(motion: &Motion, gearing: &Gearing) -> Option<Delay> {
     if let Some(rear) = &motion.wheels[1] {
         return delay(&change(rear, 4), &change(&mean(&gearing.speed, 3), 4));
@@ -130,7 +130,7 @@ fn gear(log: &Log<'_>, engine: Option<&Engine>, motion: &Motion, out: &mut Verdi
                 ));
             }
         } else {
-            v = v.because("small whole numbers; no engine speed to hold it against");
+            v = v.because("small whole numbers; no engine speed to compare it with");
         }
         if out.entries.iter().any(|e| e.channel == Channel::Gear && e.doubt.is_none()) {
             v = v.doubted("there is more than one such channel");
@@ -179,8 +179,9 @@ pub(super) fn travel(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
             if out.entries.iter().any(|e| e.channel == column && e.doubt.is_none()) {
                 v = v.doubted("there is more than one such channel");
             }
-            out.entries
-                .push(v.because("its zero must be the fully extended one: the ride does not tell"));
+            out.entries.push(
+                v.because("its zero must be the fully extended one: the ride does not show it"),
+            );
         }
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn course(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
         let mut v = Verdict::new(Channel::Yaw, place, unit);
         let Some(reference) = motion.turn.clone() else {
             v.sign = if compass { -1.0 } else { 1.0 };
-            v = v.because("by its name; nothing else tells which way it turns");
+            v = v.because("by its name; no other channel shows which way it turns");
             if own.is_none() {
                 v = v.doubted("the log does not say its unit");
             }
@@ -84,7 +84,7 @@ pub(super) fn course(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
             None => {
                 let seen = match together {
                     Some(l) => format!("r = {:.2} between its turn and that of", l.r),
-                    None => "too little turns to hold it against".to_owned(),
+                    None => "too few turns to compare it with".to_owned(),
                 };
                 out.left.push((place, format!("named like yaw, but {seen} {}", motion.turn_from)));
                 continue;

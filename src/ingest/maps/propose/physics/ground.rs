@@ -17,7 +17,7 @@ const GENTLE: f64 = 0.5;
 /// ... and how far a wheel runs behind the ground then, at least, m/s.
 const SLIPPED: f64 = 0.03;
 /// Fewest points of each: 2 s.
-const FEWEST: usize = 40;
+const MIN_POINTS: usize = 40;
 /// Words of a speed that is the ground's by its name.
 const GROUND: [&str; 6] = ["gps", "gnss", "ground", "satellite", "sog", "vbox"];
 
@@ -66,10 +66,8 @@ pub(super) fn velocity(
         if !other && !wheel_name(i) {
             let r = line(&mean(log.x(i), SPAN), &reference_of(log, wheels, i)).map(|l| l.r);
             let seen = r.map_or(String::new(), |r| format!(" (r = {r:.2})"));
-            out.left.push((
-                i,
-                format!("named like {column}, but it does not go with the {from}{seen}"),
-            ));
+            out.left
+                .push((i, format!("named like {column}, but it disagrees with the {from}{seen}")));
         }
     }
     // the best name first; of equal names the one that goes best with the position
@@ -92,13 +90,13 @@ pub(super) fn velocity(
             v = v.because(format!("the log says {not}, the motion does not"));
         }
         if !named {
-            v = v.because("its name did not tell, its motion did");
+            v = v.because("its motion shows this, its name does not");
         }
         if i > 0 {
             v = v.doubted(format!("`{}` suits better", log.name(best.2.place)));
         } else if unclear {
             v = v.doubted(
-                "there is more than one such channel, and the motion does not tell them apart",
+                "there is more than one such channel, and the motion does not separate them",
             );
         }
         out.entries.push(v);
@@ -124,7 +122,7 @@ fn repeats(wheel: &[f64], x: &[f64], rounding: f64, slip: bool) -> bool {
         let off = (0..pull.len().min(x.len())).filter(|&i| keep(pull[i]));
         let off: Vec<f64> = off.map(|i| x[i] - l.slope * wheel[i] - l.offset).collect();
         let off: Vec<f64> = off.into_iter().filter(|o| o.is_finite()).collect();
-        (off.len() >= FEWEST).then(|| off.iter().sum::<f64>() / off.len() as f64)
+        (off.len() >= MIN_POINTS).then(|| off.iter().sum::<f64>() / off.len() as f64)
     };
     let (braked, gentle) = (off(&|a| a < BRAKED), off(&|a| a.abs() < GENTLE));
     matches!((braked, gentle), (Some(b), Some(g)) if slip && (b - g).abs() < SLIPPED)

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! forces  three axes of one sensor whose vector is as long as gravity on straights
-//! rates   three axes of one sensor whose vector is as long as the turn in bends, however the unit sits
+//! rates   three axes of one sensor whose vector is as long as the turn in corners, however the unit sits
 //! ```
 //!
 //! Which axis is which, their signs and the receiver's delay are found by [`navigation`](crate::ingest::motion::navigation) later.
@@ -22,9 +22,9 @@ const FORCES: [&str; 3] = ["g", "m/s2", "mg"];
 const GRAVITY_NEAR: f64 = 0.15;
 /// How far the length of the turn may be off: the roll is in the rates, too.
 const TURN_NEAR: f64 = 0.4;
-/// A bend turns by more than this, rad/s.
+/// A corner turns by more than this, rad/s.
 const TURNS: f64 = 0.15;
-/// Least points of the common clock in bends and on straights: 3 s.
+/// Least points of the common clock in corners and on straights: 3 s.
 const LEAST: usize = 60;
 
 /// Three channels of one sensor and the unit that they are in.
@@ -82,7 +82,7 @@ pub(super) fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     );
 }
 
-/// Triples of live channels that measure this, or are named as if they did, one per sensor.
+/// Triples of live channels that measure this, or whose names say so, one per sensor.
 fn triples<'a>(
     log: &'a Log<'_>,
     dimension: &'static str,

@@ -2,7 +2,7 @@
 //!
 //! A driven or braked wheel runs ahead of the speed over ground by a slip that goes with the acceleration: beside
 //! `L a` of a delay `L` there is `c v a` of slip, and a correlation of their changes would take the one for the other.
-//! Both are fitted, with the wheel's smaller radius on the tyre's side and the antenna's shorter way in bends:
+//! Both are fitted, with the wheel's smaller radius on the tyre's side and the antenna's shorter way in corners:
 //!
 //! ```text
 //! v(t + L) = k w + c w min(a, 0) + d w max(a, 0) + e w (1 - cos(p)) + h tan(p) sin(p) / w       tan(p) = lateral / g
@@ -26,7 +26,7 @@ const DRIVEN: std::ops::Range<f64> = -3.0..3.0;
 const ERROR: f64 = 0.03;
 /// The same of a wheel that is driven, s.
 const ERROR_DRIVEN: f64 = 0.04;
-/// The same where nothing tells bends from straights, s: a wheel runs ahead in them by up to 5 %, as a delay would have it.
+/// The same where nothing tells corners from straights, s: a wheel runs ahead in them by up to 5 %, as a delay would have it.
 const ERROR_BLIND: f64 = 0.12;
 /// Fewest points of a fit: 10 s.
 const LEAST: usize = 200;
@@ -117,7 +117,7 @@ pub(super) fn lowest(
 struct Fit {
     rows: Vec<(usize, usize)>,
     found: DVector<f64>,
-    /// Robust standard deviation of what is left.
+    /// Robust standard deviation of the residuals.
     spread: f64,
     r: f64,
 }
@@ -194,7 +194,7 @@ pub(super) struct Gearing {
 }
 
 /// Half width of a ratio's peak, relative.
-const NEAR: f64 = 0.035;
+const PEAK_HALF_WIDTH: f64 = 0.035;
 /// Width of a bin of the logarithm of ratios.
 const BIN: f64 = 0.01;
 
@@ -219,7 +219,7 @@ pub(super) fn gearing(engine: &[f64], v: &[f64]) -> Option<Gearing> {
     }
     let mut count = vec![0_usize; bins];
     steady.iter().for_each(|l| count[((l - low) / BIN) as usize] += 1);
-    let reach = (NEAR / BIN).round() as usize;
+    let reach = (PEAK_HALF_WIDTH / BIN).round() as usize;
     let mass = |i: usize| -> usize {
         count[i.saturating_sub(reach)..(i + reach + 1).min(bins)].iter().sum()
     };
@@ -236,12 +236,13 @@ pub(super) fn gearing(engine: &[f64], v: &[f64]) -> Option<Gearing> {
         .iter()
         .filter_map(|p| {
             let middle = low + (*p as f64 + 0.5) * BIN;
-            let near = steady.iter().copied().filter(|l| (l - middle).abs() < 2.0 * NEAR);
+            let near =
+                steady.iter().copied().filter(|l| (l - middle).abs() < 2.0 * PEAK_HALF_WIDTH);
             order::median(&mut near.collect::<Vec<f64>>())
         })
         .collect();
     centres.sort_by(|a, b| b.total_cmp(a));
-    let of = |l: f64| centres.iter().find(|c| (l - **c).abs() < NEAR);
+    let of = |l: f64| centres.iter().find(|c| (l - **c).abs() < PEAK_HALF_WIDTH);
     let share = steady.iter().filter(|l| of(**l).is_some()).count() as f64 / steady.len() as f64;
     let speed = engine
         .iter()

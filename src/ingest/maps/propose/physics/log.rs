@@ -22,10 +22,10 @@ pub(crate) struct Log<'a> {
     pub(crate) signals: Vec<Option<Signal>>,
     /// The words of the channels' names.
     words: Vec<Vec<String>>,
-    /// What a map makes of channels whose names say nothing: their places, and the columns.
+    /// Channels that a map assigns although their names say nothing: their places, and the columns.
     claims: Vec<(usize, Channel)>,
     clock: Clock,
-    /// What was seen of the samples.
+    /// Observations of the samples.
     pub(crate) remarks: Vec<String>,
 }
 
@@ -153,7 +153,7 @@ impl<'a> Log<'a> {
         RULES.iter().find(|r| r.channel == channel)?.score(&self.words[place])
     }
 
-    /// Channels that are named like a column and change, the best name first.
+    /// Channels with the name of a column that change, the best name first.
     pub(crate) fn named(&self, channel: Channel) -> Vec<usize> {
         let scored = |i: usize| Some((self.score(i, channel)?, i));
         let live = (0..self.channels.len()).filter(|i| self.live(*i).is_some());
@@ -178,7 +178,7 @@ impl<'a> Log<'a> {
         (units::dimension(unit) == Some(dimension)).then_some(unit)
     }
 
-    /// What the log gives as a channel's unit, where that is none that is known.
+    /// Unit of a channel by the log, where it is unknown to roadbench.
     pub(crate) fn unknown_unit(&self, place: usize) -> Option<&str> {
         let channel = &self.channels[place];
         let own = channel.unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
@@ -192,7 +192,7 @@ impl<'a> Log<'a> {
         unit.and_then(units::dimension).is_some_and(|d| !dimensions.contains(&d))
     }
 
-    /// What three channels of one sensor have in common: the name without its axis, and the axis.
+    /// Common part of three channels of one sensor: the name without its axis, and the axis.
     pub(crate) fn axis(&self, place: usize) -> Option<(String, char)> {
         let words = &self.words[place];
         let found = words.iter().find_map(|w| axis_of(w))?.0;
@@ -202,7 +202,7 @@ impl<'a> Log<'a> {
     }
 }
 
-/// What a name ends with in brackets.
+/// Text in brackets at the end of a name.
 fn in_brackets(name: &str) -> Option<&str> {
     let name = name.trim();
     let within = |(open, close): (char, char)| Some(name.strip_suffix(close)?.rsplit_once(open)?.1);
@@ -214,8 +214,8 @@ fn in_brackets(name: &str) -> Option<&str> {
 /// prefix (`dbar`). Places, names of sensors and notes are none.
 fn is_like_a_unit(text: &str) -> bool {
     let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | ' ' | '*' | 'x');
-    let behind = text.trim_start_matches(number);
-    let scaled = behind.len() < text.len() && behind.starts_with(char::is_alphabetic);
+    let after = text.trim_start_matches(number);
+    let scaled = after.len() < text.len() && after.starts_with(char::is_alphabetic);
     let fraction = text.split_once('/').is_some_and(|(above, below)| {
         above.chars().count() >= 2 && !below.is_empty() && !below.contains('/')
     });
@@ -273,7 +273,7 @@ fn axis_of(word: &str) -> Option<(char, Option<&str>)> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Unit {
     pub name: String,
-    /// What the log says instead.
+    /// Unit in the log, if it is another.
     pub not: Option<String>,
 }
 

@@ -11,13 +11,13 @@ use crate::ingest::maps::units;
 use crate::statistics::order;
 
 /// The path follows a course that is nearer than this, rad, ...
-const NEAR: f64 = 0.12;
+const COURSE_TOLERANCE_RAD: f64 = 0.12;
 /// ... and does not follow one that is farther.
 const FAR: f64 = 0.35;
 /// A lean goes with the path when its correlation is larger than this.
 const LEANS: f64 = 0.5;
 /// Fewest points that tell: 5 s.
-const FEWEST: usize = 100;
+const MIN_POINTS: usize = 100;
 
 /// Which coordinate is mirrored by a compass course in the log, and what that is called. `turn` is that of the path,
 /// rad/s to the left.
@@ -55,14 +55,14 @@ fn by_course(path: &[f64], course: &[f64]) -> Option<Channel> {
             d.min(TAU - d)
         });
         let mut off: Vec<f64> = off.collect();
-        (off.len() >= FEWEST).then(|| order::median(&mut off)).flatten()
+        (off.len() >= MIN_POINTS).then(|| order::median(&mut off)).flatten()
     };
     if off(&|p| FRAC_PI_2 - p)? < FAR {
         return None;
     }
     let west = off(&|p| p - FRAC_PI_2)?;
     let south = off(&|p| FRAC_PI_2 + p)?;
-    match (west < NEAR, south < NEAR) {
+    match (west < COURSE_TOLERANCE_RAD, south < COURSE_TOLERANCE_RAD) {
         (true, false) => Some(Channel::Longitude),
         (false, true) => Some(Channel::Latitude),
         _ => None,

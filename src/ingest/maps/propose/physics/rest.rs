@@ -79,9 +79,9 @@ pub(super) fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
                 SteerAngle | VelocityY | SteerTorque | SlipAngleFront | SlipAngleRear
                 | WheelForceXFront | WheelForceXRear | WheelForceYFront | WheelForceYRear
                 | WheelMomentXFront | WheelMomentXRear | BrakeTorqueFront | BrakeTorqueRear => {
-                    v.doubted("by its name alone: the motion does not tell its sign")
+                    v.doubted("by its name alone: the motion does not show its sign")
                 }
-                _ => v.because("by its name and unit; no motion to hold it against"),
+                _ => v.because("by its name and unit; no motion to compare it with"),
             };
             if out.entries.iter().any(|e| e.channel == column && e.doubt.is_none()) {
                 v = v.doubted("there is more than one such channel");
@@ -118,7 +118,7 @@ fn laps(log: &Log<'_>, out: &mut Verdicts) {
     }
 }
 
-/// What a channel repeats: a raw voltage, a target, the same in another unit.
+/// Channel that is repeated: a raw voltage, a target, the same in another unit.
 fn copy(log: &Log<'_>, motion: &Motion, place: usize, out: &Verdicts) -> Option<String> {
     use Channel::{VelocityX, WheelSpeedFront, WheelSpeedRear};
     let x = log.x(place);
@@ -172,8 +172,8 @@ fn unlike(log: &Log<'_>, motion: &Motion, place: usize) -> String {
         format!("no column by name or motion (r = {r:.2} with the speed)")
     } else if fits(log, place) {
         format!(
-            "named like {}, but the motion does not go with it (r = {r:.2} with the speed); does a number in it stand for \
-             none, or does it jump? Name such numbers in `csv.missing`",
+            "named like {}, but the motion disagrees with it (r = {r:.2} with the speed); does a \
+             number in it stand for none, or does it jump? Name such numbers in `csv.missing`",
             named.join(", ")
         )
     } else {
@@ -181,7 +181,7 @@ fn unlike(log: &Log<'_>, motion: &Motion, place: usize) -> String {
     }
 }
 
-/// Whether a channel's unit is that of a column it is named like, or not known.
+/// Whether a channel's unit is that of the column of the same name, or unknown.
 fn fits(log: &Log<'_>, place: usize) -> bool {
     let unit = log.channels[place].unit.as_deref().and_then(units::dimension);
     let named = |r: &&super::super::words::Rule| log.score(place, r.channel).is_some();

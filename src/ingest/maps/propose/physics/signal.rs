@@ -9,25 +9,23 @@ use crate::statistics::order;
 /// Rate of the common clock, Hz.
 pub(super) const RATE: f64 = 20.0;
 /// Most points of the common clock: 40 minutes.
-const MOST: usize = 48_000;
+const MAX_POINTS: usize = 48_000;
 /// Usual steps between samples that are bridged, ...
 const BRIDGED: f64 = 3.5;
 /// ... at least so long, s.
 const BRIDGE: f64 = 0.35;
 
-/// The common clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
     /// Its first point, s.
     pub start: f64,
-    /// Points.
     pub len: usize,
 }
 
 impl Clock {
     /// The clock of logs between two times, s.
     pub(crate) fn between(start: f64, end: f64) -> Self {
-        let len = ((end - start) * RATE).max(0.0).min(MOST as f64) as usize;
+        let len = ((end - start) * RATE).max(0.0).min(MAX_POINTS as f64) as usize;
         Clock { start, len }
     }
 }
@@ -39,7 +37,7 @@ pub(crate) struct Signal {
     pub x: Vec<f64>,
     /// Smallest and largest sample.
     pub extent: [f64; 2],
-    /// How many different numbers it holds, at most 50.
+    /// Number of different values, at most 50.
     pub distinct: usize,
     /// Whether all samples are whole numbers.
     pub whole: bool,
@@ -172,7 +170,7 @@ pub(super) struct Line {
 }
 
 /// Fewest points of a line: 10 s.
-const FEWEST: usize = 200;
+const MIN_POINTS: usize = 200;
 
 /// `y = slope x + offset` over the points where both are numbers; `None` of fewer than 10 s, or where one is constant.
 pub(super) fn line(x: &[f64], y: &[f64]) -> Option<Line> {
@@ -188,14 +186,14 @@ pub(super) fn line(x: &[f64], y: &[f64]) -> Option<Line> {
     let near: Vec<(f64, f64)> =
         points.iter().zip(&off).filter(|(_, o)| o.abs() <= limit).map(|(p, _)| *p).collect();
     let (slope, offset) = least_squares(&near).map_or((slope, offset), |f| (f.0, f.1));
-    let kept = if near.len() >= FEWEST { &near } else { &points };
+    let kept = if near.len() >= MIN_POINTS { &near } else { &points };
     let square = |p: &(f64, f64)| (p.1 - slope * p.0 - offset).powi(2);
     let rms = (kept.iter().map(square).sum::<f64>() / kept.len() as f64).sqrt();
     Some(Line { slope, offset, r, rms })
 }
 
 fn least_squares(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
-    if points.len() < FEWEST {
+    if points.len() < MIN_POINTS {
         return None;
     }
     let n = points.len() as f64;
@@ -235,7 +233,7 @@ pub(super) fn regression(
     let rows: Vec<usize> = (0..y.len())
         .filter(|&i| keep(i) && y[i].is_finite() && columns.iter().all(|c| c[i].is_finite()))
         .collect();
-    if rows.len() < FEWEST / 2 {
+    if rows.len() < MIN_POINTS / 2 {
         return None;
     }
     let (mut normal, mut right) = (DMatrix::<f64>::zeros(k, k), DVector::<f64>::zeros(k));

@@ -20,7 +20,7 @@ pub(super) struct Speed {
     pub r: f64,
 }
 
-/// Whether a channel is named like a wheel's speed.
+/// Whether a channel has the name of a wheel's speed.
 pub(super) fn is_wheel(log: &Log<'_>, place: usize) -> bool {
     let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     columns.iter().any(|c| log.score(place, *c).is_some())
@@ -31,7 +31,7 @@ pub(super) fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
     log.x(speed.place).iter().map(|x| x / speed.slope).collect()
 }
 
-/// What a draft calls the speed that it holds others against.
+/// Name in a draft of the reference speed.
 pub(super) fn called(log: &Log<'_>, place: usize) -> String {
     format!("speed `{}`", log.name(place))
 }

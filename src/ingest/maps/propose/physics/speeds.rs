@@ -18,9 +18,9 @@ use crate::ingest::maps::units;
 pub(super) const MOVING: f64 = 3.0;
 /// Least correlation with the speed of a channel that is a speed.
 const ALIKE: f64 = 0.97;
-/// The same of a channel that is named like a wheel: wheels slip.
+/// The same of a channel with the name of a wheel: wheels slip.
 const WHEEL_ALIKE: f64 = 0.93;
-/// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
+/// Reference of the others: both wheels are one sensor's, their clocks differ by less than this, s.
 const REFERENCE: f64 = 0.02;
 /// Faster than any motorcycle: a position that jumps, m/s.
 const FASTEST: f64 = 120.0;
@@ -40,19 +40,19 @@ pub(super) struct Position {
     pub course: Vec<f64>,
 }
 
-/// The motion that every other channel is held against, on the clock of the wheels, or of the speed without wheels.
+/// The motion that every other channel is compared with, on the clock of the wheels, or of the speed without wheels.
 pub(super) struct Motion {
-    /// m/s.
+    /// Speed, m/s.
     pub speed: Vec<f64>,
     /// Speed over ground, m/s: the receiver's without its delay where the log has one. The same as `speed` without wheels.
     pub ground: Vec<f64>,
-    /// m/s².
+    /// Acceleration, m/s².
     pub acceleration: Vec<f64>,
     /// The same of the speed over ground where the log has one: free of slip.
     pub pull: Vec<f64>,
     /// Rate of turn, rad/s, to the left, over a second; `None` where nothing tells.
     pub turn: Option<Vec<f64>>,
-    /// What the turn is from.
+    /// Source of the turn.
     pub turn_from: String,
     /// Lateral acceleration, m/s²; zeros where it is not known.
     pub lateral: Vec<f64>,
@@ -119,16 +119,16 @@ fn coarse(log: &Log<'_>, out: &mut Verdicts) -> bool {
     }
     let rounded = format!("rounded to {:.0} m", steps[0].max(steps[1]));
     out.remarks.push(format!(
-        "the position is {rounded}: too coarse to compare speeds and bends with; write it with seven decimals of a degree"
+        "the position is {rounded}: too coarse to compare speeds and corners with; write it with seven decimals of a degree"
     ));
     for (column, place) in columns.into_iter().zip([lat, lon]) {
         let own = log.unit(place, "angle");
         let v = Verdict::new(column, place, own.unwrap_or("deg")).because(format!(
-            "by its name: {rounded}, it tells where the ride was and not how fast"
+            "by its name: {rounded}, it shows where the ride was and not how fast"
         ));
         out.entries.push(match own {
             Some(_) => v,
-            None => v.doubted("the log does not say its unit, and its path tells none"),
+            None => v.doubted("the log does not say its unit, and its path shows none"),
         });
     }
     true
@@ -186,7 +186,7 @@ fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
     (lost as f64 <= OFF * there as f64).then(|| line(reference, &near))?
 }
 
-/// Speed over ground and wheels, and what everything else is held against; `None` where the log has no speed.
+/// Speed over ground and wheels, and the reference of all other channels; `None` where the log has no speed.
 pub(super) fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
     let position = if coarse(log, out) { None } else { position(log) };
     let (reference, from) = match &position {
@@ -260,7 +260,7 @@ impl Motion {
             let driven = k == 1;
             lag(&Wheel { speed: &w, acceleration: &acceleration, lateral, driven }, speed)
         };
-        // the bends are on the receiver's clock as long as its delay is not known
+        // the corners are on the receiver's clock as long as its delay is not known
         let first = after(&self.lateral)?;
         after(&signal::earlier(&self.lateral, first.value)).map(believed)
     }
@@ -305,7 +305,7 @@ fn wheels(
         let is = |i: &usize| speeds.iter().find(|s| s.place == *i);
         let fit: Vec<&Speed> = named.iter().filter_map(is).collect();
         for i in named.iter().filter(|i| is(i).is_none()) {
-            out.left.push((*i, format!("named like {column}, but it does not go with the {from}")));
+            out.left.push((*i, format!("named like {column}, but it disagrees with the {from}")));
         }
         let best = fit.first().map(|s| log.score(s.place, column));
         let equals: Vec<&&Speed> =
@@ -352,7 +352,7 @@ fn wheels(
         if let Some(doubt) = doubts[k].take() {
             verdict = verdict.doubted(doubt);
         }
-        // the clock that the others are held against
+        // the reference clock of the others
         verdict.delay_error = Some(REFERENCE);
         out.entries.push(verdict);
     }
@@ -370,7 +370,7 @@ fn said_of_slip(slip: f64, t: f64) -> String {
 /// ```
 ///
 /// `sat` is between drive and engine braking of 1.5 m/s²: beyond, slip says more of the brakes and of the load. The
-/// tyres' radii shrink differently in bends.
+/// tyres' radii shrink differently in corners.
 fn driven(log: &Log<'_>, first: &Speed, second: &Speed, lateral: &[f64]) -> Option<(f64, f64)> {
     let (a, b) = (mean(&in_si(log, first), 5), mean(&in_si(log, second), 5));
     let pull = change(&a, 5);
@@ -389,7 +389,7 @@ fn driven(log: &Log<'_>, first: &Speed, second: &Speed, lateral: &[f64]) -> Opti
 mod tests {
     use super::*;
 
-    /// 15 m/s to the north with a bend; `frozen` seconds from 30 s on.
+    /// 15 m/s to the north with a corner; `frozen` seconds from 30 s on.
     fn path(frozen: f64, jumps: bool) -> [Vec<f64>; 2] {
         let at = |i: i32| {
             let t = f64::from(i) / RATE;

@@ -39,7 +39,6 @@ const SLOWEST: f64 = 8.0;
 /// The channel of the engine's speed, if there is one, and how late it is after the motion, if that is known.
 type Engine = (Option<usize>, Option<Delay>);
 
-/// Finds the throttle.
 pub(super) fn throttle(log: &Log<'_>, motion: &Motion, engine: Engine, out: &mut Verdicts) {
     let pull = mean(&motion.pull, 2);
     for place in log.named(Channel::Throttle) {

@@ -23,7 +23,7 @@ const LEANS: [&str; 4] = ["deg", "rad", "0.1 deg", "0.01 deg"];
 pub(super) const RATES: [&str; 2] = ["deg/s", "rad/s"];
 /// A motorcycle leans by this much more than its centre of mass would have to: tyres are wide.
 const TYRES: f64 = 1.08;
-/// Bends that tell whether a gyroscope leans with the bike, rad of lean.
+/// Corners that tell whether a gyroscope leans with the bike, rad of lean.
 const LEANING: f64 = 0.45;
 /// A gyroscope is taken to be late only beyond so many standard errors: boxes seldom are.
 const FAR: f64 = 4.0;
@@ -94,8 +94,8 @@ fn placed(log: &Log<'_>, motion: &Motion, late: Option<Delay>, out: &mut Verdict
         }
         v = match (own, speed) {
             (_, true) => v.because("its path gives the speed of the other channels"),
-            (Some(_), false) => v.because("by name and unit; no speed to hold it against"),
-            (None, false) => v.doubted("the log does not say its unit, and no speed tells"),
+            (Some(_), false) => v.because("by name and unit; no speed to compare it with"),
+            (None, false) => v.doubted("the log does not say its unit, and no speed shows it"),
         };
         out.entries.push(v);
     }
@@ -133,7 +133,7 @@ fn yaw_rate(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Gyro> 
         let x = mean(log.x(place), SPAN);
         let late = delay(reference, &x);
         let x = earlier(&x, late.map_or(0.0, |d| d.value));
-        // mild bends are short, and a receiver swings with the roll there
+        // mild corners are short, and a receiver swings with the roll there
         let steep = |i: usize| if bend(i) > LEANING { x[i] / reference[i] } else { f64::NAN };
         let mut ratios = order::finite((0..x.len()).map(steep));
         let steep = (ratios.len() > 60).then(|| order::median(&mut ratios)).flatten();
@@ -244,7 +244,7 @@ fn ideal_lean(motion: &Motion, turn: &[f64], gyro: Option<&Gyro>) -> Vec<f64> {
     (0..turn.len()).map(of).collect()
 }
 
-/// What a lean says upright, in its own unit, where that is no error of its zero but another way to count: from the
+/// Reading of a lean upright, in its own unit, where that is no error of its zero but another way to count: from the
 /// horizontal, say. `factor` of its numbers are 1 rad.
 fn upright(offset: f64, factor: f64) -> Option<f64> {
     let degrees = (offset / factor).to_degrees();
@@ -347,7 +347,7 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
             && size < 1.0 + AS_LARGE
         {
             v = v.doubted(format!(
-                "it is atan(`{name}` / g) within {:.1} %: no measurement, it is calculated of that",
+                "it is atan(`{name}` / g) within {:.1} %: no measurement, it is calculated from that",
                 100.0 * off
             ));
         } else if off < TOO_PERFECT && (size - 1.0).abs() < AS_LARGE {
@@ -358,8 +358,8 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
             // by r, as an error of the turn makes the lean look smaller
             v.confirmed = false;
             v = v.doubted(
-                "no larger than the turn asks for, where a measured lean is 2.5 to 7 % larger (tyres are wide): it may be \
-                 calculated; put it in force if an inertial unit measures it",
+                "no larger than the turn asks for, where a measured lean is 2.5 to 7 % larger \
+                 (tyres are wide): it may be calculated; use it if an inertial unit measures it",
             );
         } else {
             v = v.because(format!("off it by {:.1} %: measured", 100.0 * off));
@@ -438,7 +438,7 @@ fn roll_rate(log: &Log<'_>, lean: Option<&[f64]>, gyro: Option<&Gyro>, out: &mut
         let own = log.unit(place, "angular rate");
         let Some(lean) = lean else {
             out.entries.push(by_name(log, Channel::RollRate, place, "angular rate").doubted(
-                "no measured lean to hold it against: neither its sign nor its axis is known",
+                "no measured lean to compare it with: neither its sign nor its axis is known",
             ));
             continue;
         };
@@ -449,7 +449,7 @@ fn roll_rate(log: &Log<'_>, lean: Option<&[f64]>, gyro: Option<&Gyro>, out: &mut
         let Some(l) = line(&shifted, &x).filter(|l| l.r.abs() > 0.9) else {
             out.left.push((
                 place,
-                "named like roll_rate, but it does not go with the change of the lean".into(),
+                "named like roll_rate, but it disagrees with the change of the lean".into(),
             ));
             continue;
         };

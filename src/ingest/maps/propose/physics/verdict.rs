@@ -4,13 +4,13 @@ use crate::contract::channel::Channel;
 
 /// Of a channel that is the column for sure, but whose delay shows too badly to be put in force.
 pub(crate) const UNTIMED: &str =
-    "how late it is shows too badly in this log; with a `delay` that you know it is right";
+    "this log does not show its delay well enough; give its `delay` if you know it";
 
 /// Of a brake pressure whose deceleration suits another unit than the log's: only its owner knows which is right.
 pub(crate) const PRESSURE: &str =
     "the log says another unit than its deceleration suits: which one is it? put it in";
 
-/// What the doubt of a channel begins with that is one of several of that name.
+/// Start of the doubt about one of several channels of a kind.
 pub(crate) const SEVERAL: &str = "there is more than one such channel";
 
 /// The doubt of a channel whose unit the log gives, but nobody knows: it is not taken for a channel without one.
@@ -24,10 +24,9 @@ pub(super) fn unknown(unit: &str) -> String {
 /// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
 pub(crate) const FAR: f64 = 5.0;
 
-/// What feeds a column, and what decided it.
+/// Source of a column, and the reason.
 #[derive(Debug, Clone)]
 pub struct Verdict {
-    /// The column.
     pub channel: Channel,
     /// Place of the channel in the listing.
     pub source: usize,
@@ -35,7 +34,7 @@ pub struct Verdict {
     pub unit: String,
     /// Added to the log's numbers, in its unit: minus what it says where it should say 0.
     pub offset: f64,
-    /// 1 or -1.
+    /// Sign, 1 or -1.
     pub sign: f64,
     /// Another unit that the numbers suit as well: only the owner knows which it is.
     pub or_unit: Option<String>,
@@ -53,7 +52,7 @@ pub struct Verdict {
     pub confirmed: bool,
 }
 
-/// What was found in a log.
+/// Findings in a log.
 #[derive(Debug, Clone, Default)]
 pub struct Verdicts {
     /// In schema order; those of one column the best first.
@@ -62,7 +61,7 @@ pub struct Verdicts {
     pub left: Vec<(usize, String)>,
     /// Of these, those that never change: a name may be right all the same.
     pub constant: Vec<usize>,
-    /// What the motion was measured with, and what could not be said.
+    /// Source of the motion, and open questions.
     pub remarks: Vec<String>,
 }
 
@@ -85,7 +84,6 @@ impl Verdict {
         }
     }
 
-    /// Adds a reason.
     pub fn because(mut self, why: impl Into<String>) -> Self {
         self.why.push(why.into());
         self
