@@ -8,8 +8,6 @@ use super::parameters::*;
 
 /// Friction at which the side force would reach its peak; between 0.9 and 1.4 it changes nothing.
 const PEAK: f64 = 1.1;
-/// Power of the load by which slips grow for the same friction.
-const LOAD_POWER: f64 = 0.3;
 
 /// A residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,7 +134,7 @@ impl<'a> Model<'a> {
         let n = motion.steer.len();
         let tyre = |k: usize| &theta[k * OF_TYRE..(k + 1) * OF_TYRE];
         let standing = self.dynamics.standing;
-        let stretch = |k: usize, i: usize| (motion.load[k][i] / standing[k]).powf(LOAD_POWER);
+        let stretch = |k: usize, i: usize| (motion.load[k][i] / standing[k]).powf(tyre(k)[LOAD]);
         let thrust = |k: usize, gamma: f64| {
             let (t, square) = (tyre(k), gamma * gamma);
             t[RATIO] * gamma * (1.0 + square * (t[SECOND] + square * t[FOURTH]))
