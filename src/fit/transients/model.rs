@@ -143,7 +143,8 @@ impl<'a> Model<'a> {
         let mut slip = [vec![0.0; n], vec![0.0; n]];
         for i in 0..n {
             let growth = [stretch(0, i), stretch(1, i)];
-            let camber = [0, 1].map(|k| thrust(k, motion.camber[k][i]));
+            // the camber stiffness grows with the load itself: so does the angle that has no side force
+            let camber = [0, 1].map(|k| growth[k] * thrust(k, motion.camber[k][i]));
             // the share of the side force that slip makes has the pneumatic trail as its arm
             let moment: f64 = (0..2)
                 .map(|k| {

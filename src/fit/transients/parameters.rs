@@ -25,7 +25,7 @@ pub(crate) const LOSS: usize = 4;
 pub(crate) const RELAXATION: usize = 5;
 /// Slip angle without force, rad.
 pub(crate) const ZERO: usize = 6;
-/// Power of the load, over that at rest, by which the slip for the same friction grows.
+/// Power of the load, over that at rest, by which the slip angles of a friction and of a camber grow.
 pub(crate) const LOAD: usize = 7;
 /// Numbers of each tyre.
 pub const OF_TYRE: usize = 8;
@@ -37,7 +37,7 @@ pub const QUANTITIES: usize = VELOCITY_ZERO + 1;
 /// Mean and standard deviation of a tyre's numbers before the ride: nothing that matters of stiffness (a factor of 4.5
 /// either way) and ratio. Camber forces of motorcycle tyres grow faster than camber up to 35 degrees, and cornering
 /// stiffness falls with camber: by 1 to 6 % at 0.3 rad on the tyres of the independent simulator, with which this prior
-/// was set. Their slip for the same friction grows with a power of the load: 0.2 to 0.8 of the five
+/// was set. Their slip angles grow with a power of the load: 0.2 to 0.8 of the five
 /// published sets in `pipelines/tyres`, at the loads that they are made for.
 const TYRE: [[f64; 2]; OF_TYRE] = [
     [2.64, 1.5],
