@@ -144,6 +144,32 @@ fn an_acceleration_whose_zero_nothing_shows_is_not_taken_for_a_slope() {
     }
 }
 
+/// A receiver's speed that comes once a second: its straight lines bend where the brake or the throttle begins.
+#[test]
+fn drag_of_a_speed_once_a_second_is_unbiased() {
+    let id = Id::from((Part::Vehicle, C::Drag));
+    let errors: Vec<[f64; 2]> = (0..8_usize)
+        .into_par_iter()
+        .filter_map(|number| {
+            let (machine, whole, truth) = ride(number);
+            let mut session = only(&whole, &[VelocityX, Gear, Throttle, YawRate]);
+            let every = session.rate.round() as usize;
+            let speed = whole.get(VelocityX).expect("there").iter().enumerate();
+            let once = speed.map(|(i, v)| if i % every == 0 { *v } else { f64::NAN });
+            session.set(VelocityX, once.collect());
+            let [value, low, high] = resistance(&machine, &session)[0]?;
+            let (_, known) = truth.iter().find(|(i, _)| *i == id).expect("known");
+            println!("{number}: {value:.3} [{low:.3}, {high:.3}], true {known:.3}");
+            Some([value / known - 1.0, 0.5 * (high - low) / known])
+        })
+        .collect();
+    let held = errors.iter().filter(|[error, half]| error.abs() <= *half).count();
+    let mean = errors.iter().map(|[error, _]| error).sum::<f64>() / errors.len() as f64;
+    println!("{held} of {} intervals hold, mean error {mean:+.3}", errors.len());
+    assert!(errors.len() >= 5, "{errors:?}");
+    assert!(held + 1 >= errors.len() && mean.abs() < 0.15, "{held}, {mean}");
+}
+
 #[test]
 fn a_value_beyond_its_bounds_is_impossible_and_the_reason_says_which() {
     for &coefficient in C::ALL {

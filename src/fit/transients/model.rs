@@ -8,8 +8,6 @@ use super::parameters::*;
 
 /// Friction at which the side force would reach its peak; between 0.9 and 1.4 it changes nothing.
 const PEAK: f64 = 1.1;
-/// Power of the load by which slips grow for the same friction.
-const LOAD_POWER: f64 = 0.3;
 
 /// A residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,7 +134,7 @@ impl<'a> Model<'a> {
         let n = motion.steer.len();
         let tyre = |k: usize| &theta[k * OF_TYRE..(k + 1) * OF_TYRE];
         let standing = self.dynamics.standing;
-        let stretch = |k: usize, i: usize| (motion.load[k][i] / standing[k]).powf(LOAD_POWER);
+        let stretch = |k: usize, i: usize| (motion.load[k][i] / standing[k]).powf(tyre(k)[LOAD]);
         let thrust = |k: usize, gamma: f64| {
             let (t, square) = (tyre(k), gamma * gamma);
             t[RATIO] * gamma * (1.0 + square * (t[SECOND] + square * t[FOURTH]))
@@ -145,7 +143,8 @@ impl<'a> Model<'a> {
         let mut slip = [vec![0.0; n], vec![0.0; n]];
         for i in 0..n {
             let growth = [stretch(0, i), stretch(1, i)];
-            let camber = [0, 1].map(|k| thrust(k, motion.camber[k][i]));
+            // the camber stiffness grows with the load itself: so does the angle that has no side force
+            let camber = [0, 1].map(|k| growth[k] * thrust(k, motion.camber[k][i]));
             // the share of the side force that slip makes has the pneumatic trail as its arm
             let moment: f64 = (0..2)
                 .map(|k| {
