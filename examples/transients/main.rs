@@ -181,11 +181,16 @@ fn compared(ride: &Ride, found: &Transients) -> [[Found; 4]; 2] {
         let truth = ride.truth[k];
         let at = |j: usize| fitted.theta[k * OF_TYRE + j];
         let (stiffness, ratio, relaxation) = (at(0).exp(), at(1), at(5));
+        // both as shares of the truth
+        let of = |j: usize, value: f64, half: f64| {
+            let share = value / truth[j];
+            [share - 1.0, half * share.abs()]
+        };
         [
-            [stiffness / truth[0] - 1.0, half[k][0]],
-            [ratio / truth[1] - 1.0, half[k][1]],
-            [stiffness * ratio / truth[2] - 1.0, half[k][2]],
-            [relaxation / truth[3] - 1.0, f64::NAN],
+            of(0, stiffness, half[k][0]),
+            of(1, ratio, half[k][1]),
+            of(2, stiffness * ratio, half[k][2]),
+            of(3, relaxation, f64::NAN),
         ]
     })
 }

@@ -56,12 +56,13 @@ impl<'a> NullSimulation<'a> {
             .filter_map(|c| session.get(c).map(|x| (c, white_noise(x))))
             .collect();
         let measured = Samples::gather(session, segments);
-        let found = blocks(&measured, &base.values);
-        let drift = sensor_drift::drifts(session, segments, &measured, &found, &base.values);
-        // what an effect explains is neither scatter nor noise, or a large one would hide itself
+        // what an effect explains is neither drift nor scatter nor noise, or a large one would hide itself
         let free = base.with_everything(&measured, ALL);
         let problem = free.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values), &free.values);
+        let linear = problem.linear(&free.values);
+        let drift =
+            sensor_drift::drifts(session, segments, &measured, &linear.residuals, &free.values);
+        let scatter = Scatter::of(&measured, &problem, &linear, &free.values);
         let sigma = [0, 1, 2, 3, 4, 5, 6, 7].map(|c| base.sigma[c].min(TAKEN_UP * free.sigma[c]));
         let picks = picks(session, segments);
         let mut simulation = NullSimulation {
