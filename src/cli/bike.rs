@@ -367,7 +367,9 @@ mod tests {
         assert_eq!(owner.sizes[0].as_deref(), Some("120/70ZR17"));
         assert_eq!(owner.weight, Some(260.0));
         assert_eq!(owner.measured["wheelbase"].value, 1.44);
-        for part in ["cannot be a bike id", "not in the catalogue", "no tyre size", "not between"] {
+        for part in
+            ["cannot be a bike id", "not in the catalogue", "not a tyre size", "not between"]
+        {
             assert!(said.contains(part), "{part}: {said}");
         }
     }

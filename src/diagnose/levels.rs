@@ -492,7 +492,7 @@ mod tests {
         assert_eq!(own.verdict, "named");
         for part in [
             "the velocity comes early: shared by 10 of 18 sessions, identified in 6 of them",
-            "with twice their error, as something is unexplained there: s3",
+            "counted with twice their error, as they have an unexplained misfit: s3",
             "left out, not identifiable in them: s10, s11, s12, s13, s14 and 2 more",
             "left out, not looked for: s17",
         ] {

@@ -96,9 +96,9 @@ fn assert_same(a: &Files, b: &Files) {
 fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let archive = Archive::new(3);
     let first = archive.diagnose("in", "out", &[]);
-    // what they share first; each ride in full is asked for
+    // causes of several rides in one line; each ride in full is asked for
     assert!(
-        first.starts_with("3 rides: ") && first.contains("\nAll rides of demo_01: "),
+        first.starts_with("3 rides: ") && first.contains("\n2 rides: the velocity comes late: "),
         "{first}"
     );
     assert!(first.ends_with("Report: out/report/index.html\n"), "{first}");

@@ -310,7 +310,7 @@ fn compare_bench(said: &str, fitted: &Fitted) {
     for (line, coefficient, within) in [
         ("cornering stiffness / load", C::CorneringStiffness0, 0.03),
         ("camber stiffness / load", C::CamberStiffness0, 0.03),
-        ("overturning stiffness", C::OverturningStiffness, 0.02),
+        ("crown radius", C::OverturningStiffness, 0.02),
         ("peak braking friction", C::MfD, 0.001),
         ("rolling radius", C::EffectiveRollingRadius, 1e-4),
         ("relaxation length", C::RelaxationLength, 0.01),

@@ -156,7 +156,7 @@ fn an_output_is_listed_and_what_is_not_in_it_or_damaged_says_what_to_do() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(&table, bytes).expect("written");
-    refused(&["--session", "archive_s0001"], 3, &["coefficients/", "not as written", "verify"]);
+    refused(&["--session", "archive_s0001"], 3, &["coefficients/", "missing or damaged", "verify"]);
     assert!(show(&[]).status.success(), "the lists are as they were");
     let nowhere = roadbench(&["show", &folder.path().to_string_lossy()]);
     assert_eq!(nowhere.status.code(), Some(2), "{}", said(&nowhere));

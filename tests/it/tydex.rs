@@ -255,5 +255,5 @@ fn a_bench_file_of_no_tyre_is_asked_for_it() {
         .expect("ran");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("say front=fixtures/bench/rear_180_55.tdx or rear="), "{said}");
+    assert!(said.contains("Give front=fixtures/bench/rear_180_55.tdx or rear="), "{said}");
 }

@@ -145,7 +145,7 @@ fn same<R>(
 /// Rejection of a log that changed while it was read.
 fn changed(job: &Job, how: &str) -> Rejection {
     let message = format!(
-        "{} changed while it was read ({how}); run again when no program writes to it",
+        "{} changed while it was read ({how}); the next run reads it again: nothing should write to it then",
         job.log
     );
     Rejection { stage: Stage::Ingest, code: RejectionCode::Changed, message, limits: None }

@@ -287,7 +287,7 @@ mod tests {
             assert_eq!(tracks[4].values.len(), all_rows, "another sensor's");
             let [w] = &warnings[..] else { panic!("{warnings:?}") };
             assert_eq!((w.code, w.count), ("repeated_fixes", all_rows - rows));
-            assert!(w.message.contains(&format!("(at {fixes:.3} Hz)")), "{}", w.message);
+            assert!(w.message.contains(&format!("(fixes at {fixes:.3} Hz)")), "{}", w.message);
         }
     }
 

@@ -397,7 +397,7 @@ mod tests {
         cut.truncate(cut.len() - 5);
         let (file, end, _) = scanned(cut);
         assert_eq!(file.streams.all[0].time.len(), 1);
-        assert!(end.expect_err("cut").contains("breaks off"));
+        assert!(end.expect_err("cut").contains("is cut off"));
         let mut open = bytes();
         open[4..8].fill(0);
         let (file, end, unfinished) = scanned(open);

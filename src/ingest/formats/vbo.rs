@@ -563,7 +563,7 @@ mod tests {
             assert!(warnings.is_empty());
         }
         let (none, warnings) = line("Start +00158.49400 +03119.49996 +00158.50600 +03119.50002");
-        assert!(none.is_none() && warnings[0].message.contains("nowhere on the ride"));
+        assert!(none.is_none() && warnings[0].message.contains("not crossed by the ride"));
         assert!(line("Start 1 2").0.is_none());
     }
 

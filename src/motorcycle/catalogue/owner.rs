@@ -420,11 +420,11 @@ mod tests {
         let mut owner = naked();
         for (text, part) in [
             ("cg_heigth=0.6", "did you mean `cg_height`"),
-            ("cg_height=high", "is no number"),
+            ("cg_height=high", "is not a number"),
             ("cg_height=60", "not between"),
             ("cg_height", "key=value"),
             ("mass=250+--1", "not negative"),
-            ("mass=inf", "is no number"),
+            ("mass=inf", "is not a number"),
         ] {
             let e = owner.set(text, schema()).expect_err(text).to_string();
             assert!(e.contains(part), "{text}: {e}");

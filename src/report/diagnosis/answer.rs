@@ -26,8 +26,10 @@ pub(super) fn said(sessions: &[Vec<CauseRow>], pooled: &[CauseRow]) -> Vec<Strin
     // a run that only finished what an earlier one computed has none of its own
     let mut all: Vec<String> =
         (!sessions.is_empty()).then(|| counts(sessions)).into_iter().collect();
-    all.extend(pooled.iter().filter_map(shared));
-    all.extend(single(sessions, pooled));
+    // the table has causes that were pooled and not identified, too
+    let identified: Vec<CauseRow> = pooled.iter().filter(|c| is_found(c)).cloned().collect();
+    all.extend(identified.iter().filter_map(shared));
+    all.extend(single(sessions, &identified));
     all
 }
 
@@ -191,5 +193,15 @@ mod tests {
         assert!(text.contains("2 rides: ") && on_one_line.contains("`wind`: a, b."), "{text}");
         assert_eq!(text.matches("`latency`").count(), 1, "{text}");
         assert!(lines.iter().all(|l| l.chars().count() <= 80), "{text}");
+    }
+
+    #[test]
+    fn a_pooled_cause_that_is_not_identified_is_no_shared_cause() {
+        let sessions = [vec![cause("a", "latency", Verdict::Named, 0.02)]];
+        let pooled =
+            CauseRow { level: "bike".into(), ..cause("", "latency", Verdict::NotNeeded, 0.0205) };
+        let lines = said(&sessions, &[pooled]);
+        assert!(lines.iter().all(|l| !l.starts_with("All rides")), "{lines:?}");
+        assert!(lines.iter().any(|l| l.contains("`latency`: a.")), "{lines:?}");
     }
 }

@@ -266,16 +266,16 @@ mod tests {
         for (text, part) in [
             ("s0001", "no session `s0001`; did you mean `day_s0001`?"),
             ("day_s001", "did you mean `day_s0001`?"),
-            ("tire=x", "not chosen by `tire`"),
+            ("tire=x", "cannot be chosen by `tire`"),
             ("tyre=Rosso", "there are `120/70 A`, `120/70 B`"),
-            ("site=Jerez", "no session says its site"),
-            ("2027-01-01..", "they are of 2026-05-01 to 2026-06-01"),
+            ("site=Jerez", "no session has a site"),
+            ("2027-01-01..", "from 2026-05-01 to 2026-06-01"),
             ("1.5..2", "`1.5` is no day"),
             ("2026-06..2026-05", "the last day is before the first"),
             ("..", "give the first day"),
-            ("bike=", "nothing after the sign"),
-            ("day_s0001,", "names no sessions"),
-            ("rider=ben,bike=b2", "no session is all of"),
+            ("bike=", "the value after `=` is missing"),
+            ("day_s0001,", "selects no sessions"),
+            ("rider=ben,bike=b2", "no session matches all parts of"),
         ] {
             let e = select(text, &rows).expect_err(text);
             assert!(e.contains(part), "{text}: {e}");

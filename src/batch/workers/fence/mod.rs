@@ -190,14 +190,14 @@ fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
             RejectionCode::Killed,
             format!(
                 "its worker was killed twice from outside ({how}), for example because the \
-                 computer ran out of memory; run again with more memory or fewer --jobs"
+                 computer ran out of memory; the next run tries again: more memory or fewer --jobs help"
             ),
         ),
         Ended::NoMemory => is_not(
             RejectionCode::NoMemory,
             format!(
                 "its worker ran out of memory below its limit of {}: the shell allows less \
-                 (`ulimit -v`, `ulimit -d`); raise that or lower --memory-limit, and run again",
+                 (`ulimit -v`, `ulimit -d`); raise that or lower --memory-limit; the next run tries again",
                 limits.memory_text()
             ),
         ),
@@ -205,7 +205,7 @@ fn refused(ended: Ended, limits: &Limits, stage: Stage) -> Rejection {
             RejectionCode::NoWorker,
             format!(
                 "no worker process can be started: {}; free processes, memory or open files, or \
-                 give fewer --jobs, and run again",
+                 give fewer --jobs; the next run tries again",
                 why.trim_end()
             ),
         ),
