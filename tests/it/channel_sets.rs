@@ -154,9 +154,17 @@ fn drag_of_a_speed_once_a_second_is_unbiased() {
             let (machine, whole, truth) = ride(number);
             let mut session = only(&whole, &[VelocityX, Gear, Throttle, YawRate]);
             let every = session.rate.round() as usize;
-            let speed = whole.get(VelocityX).expect("there").iter().enumerate();
-            let once = speed.map(|(i, v)| if i % every == 0 { *v } else { f64::NAN });
-            session.set(VelocityX, once.collect());
+            let speed = whole.get(VelocityX).expect("there");
+            let last = speed.len() - 1;
+            // the line between the fixes, as a log is brought to its rate
+            let between = |i: usize| {
+                let from = i - i % every;
+                let to = (from + every).min(last);
+                let share = (i - from) as f64 / (to - from).max(1) as f64;
+                speed[from] + share * (speed[to] - speed[from])
+            };
+            session.set(VelocityX, (0..=last).map(between).collect());
+            session.velocity_spacing = 1.0;
             // determined or poorly so
             let rows = characterised(&machine.bike, &session).coefficients;
             let row = rows.iter().find(|r| r.coefficient == C::Drag.name()).expect("a row");

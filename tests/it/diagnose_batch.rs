@@ -30,7 +30,8 @@ impl Archive {
         let text = std::fs::read_to_string(path).expect("the demo's scenario");
         let short = text
             .replace("coasts = 8, brakings = 5, laps = 9", "coasts = 1, brakings = 1, laps = 1")
-            .replace("sessions_per_bike = 2", &format!("sessions_per_bike = {sessions}"));
+            .replace("sessions_per_bike = 2", &format!("sessions_per_bike = {sessions}"))
+            .replace("seed = 3", "seed = 2"); // three of its rides show a steering zero that they share
         assert!(short.contains("laps = 1"), "the demo has another plan");
         std::fs::write(archive.path("short.toml"), short).expect("written");
         archive.succeed(&["simulate", "short.toml", "--out", "in"]);
@@ -96,9 +97,9 @@ fn assert_same(a: &Files, b: &Files) {
 fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let archive = Archive::new(3);
     let first = archive.diagnose("in", "out", &[]);
-    // causes of several rides in one line; each ride in full is asked for
+    // what they share first; each ride in full is asked for
     assert!(
-        first.starts_with("3 rides: ") && first.contains("\n2 rides: the velocity comes late: "),
+        first.starts_with("3 rides: ") && first.contains("\nAll rides of demo_01: "),
         "{first}"
     );
     assert!(first.ends_with("Report: out/report/index.html\n"), "{first}");
