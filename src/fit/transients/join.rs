@@ -19,14 +19,15 @@ use crate::statistics::clustered_fit::Quality;
 /// A stiffness that is known worse than this, as a standard deviation of its logarithm, is none.
 const WORST_STIFFNESS: f64 = 0.35;
 /// What tyre, frame and springs make the results wrong by beside what is fitted: standard deviations of the logarithms of
-/// stiffness, ratio and camber stiffness, of 40 simulated machines in slaloms (`examples/transients --population`).
+/// stiffness, ratio and camber stiffness, of 24 simulated machines in slaloms (`examples/transients --population`) and seven
+/// rides of the independent simulator.
 const LAW: [f64; 3] = [0.07, 0.12, 0.05];
-/// What is added to each where the lean never changes fast, and the time of fast changes that halves it, s: of 40 simulated machines
-/// that ride the paper's plan.
+/// What is added to each where the lean never changes fast, and the time of fast changes that halves it, s: of 24 simulated
+/// machines, half of which ride the paper's plan.
 const SLOW: [f64; 3] = [0.09, 0.15, 0.04];
 const ENOUGH: f64 = 3.0;
 /// What is added instead where corners of more than the usual lean took part: springs and frames of their own made simulated
-/// machines 15 to 35 % too stiff. Those of ratio and camber stiffness cover 14 rides of the independent simulator.
+/// machines 15 to 35 % too stiff. These cover 14 rides of the independent simulator.
 const STEEP: [f64; 3] = [0.12, 0.22, 0.09];
 
 /// The larger standard deviation of the logarithm of a stiffness, with the law's.
