@@ -3,7 +3,7 @@
 use crate::GRAVITY;
 
 use super::columns::{Columns, RATE};
-use super::motion::{InverseDynamics, Motion};
+use super::motion::{InverseDynamics, Motion, Quantity};
 use super::parameters::*;
 
 /// Friction at which the side force would reach its peak; between 0.9 and 1.4 it changes nothing.
@@ -30,6 +30,7 @@ pub(crate) struct Model<'a> {
     pub residuals: Vec<Residual>,
     dynamics: &'a InverseDynamics<'a>,
     mean: &'a [f64],
+    quantities: &'a [Quantity],
     motion: Motion,
     /// Change of the motion by each quantity.
     changes: Vec<Motion>,
@@ -42,7 +43,7 @@ impl<'a> Model<'a> {
         parameters: &'a Prior,
     ) -> Self {
         let motion = dynamics.motion(columns, &dynamics.start);
-        let of = |(k, quantity): (usize, &super::motion::Quantity)| {
+        let of = |(k, quantity): (usize, &Quantity)| {
             let sd = parameters.sd[QUANTITIES + k];
             let mut moved = dynamics.start.clone();
             moved[*quantity] += sd;
@@ -59,7 +60,8 @@ impl<'a> Model<'a> {
         if columns.measured.acceleration {
             residuals.extend([Residual::Integral, Residual::Force]);
         }
-        Model { columns, residuals, dynamics, mean: &parameters.mean, motion, changes }
+        let quantities = &parameters.quantities;
+        Model { columns, residuals, dynamics, mean: &parameters.mean, quantities, motion, changes }
     }
 
     /// The motion with the quantities of `theta`.
@@ -106,6 +108,17 @@ impl<'a> Model<'a> {
             rows.push(there.iter().zip(&here).map(|(a, b)| (a - b) / step).collect());
         }
         (here, rows)
+    }
+
+    /// What a change of a quantity adds to all residuals.
+    pub(crate) fn moved_by(&self, theta: &[f64], quantity: Quantity, by: f64) -> Vec<f64> {
+        let mut motion = self.moved(theta);
+        let before = self.of_motion(&motion, theta);
+        if let Some(k) = self.quantities.iter().position(|q| *q == quantity) {
+            motion.add(&self.changes[k], by);
+        }
+        let after = self.of_motion(&motion, theta);
+        after.iter().zip(&before).map(|(a, b)| a - b).collect()
     }
 
     fn of_motion(&self, motion: &Motion, theta: &[f64]) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::model::Model;
-use super::noise::{Noise, PARTS, Scales};
+use super::noise::{Attitude, Noise, PARTS, Scales};
 use super::parameters::*;
 use crate::fit::variation::Source;
 use crate::statistics::blocked;
@@ -78,7 +78,8 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Prior) -> Option<Fitted> {
     let p = parameters.len();
     let mut theta = parameters.mean.clone();
     let mut scale = Scales::default();
-    let mut factors = factors(model, &scale)?;
+    let mut attitude = Attitude::new(model, &theta);
+    let mut factors = factors(model, &scale, &attitude)?;
     let prior = DVector::from_iterator(p, parameters.sd.iter().map(|sd| 1.0 / (sd * sd)));
     for step in 0..STEPS {
         let at = whiten(model, parameters, &theta, &factors);
@@ -86,8 +87,9 @@ pub(crate) fn fit(model: &Model<'_>, parameters: &Prior) -> Option<Fitted> {
         let change = information.cholesky()?.solve(&gradient);
         theta = stepped(model, parameters, &theta, &change, &factors)?;
         if RESCALED.contains(&step) {
-            scale = rescaled(model, &at, &factors, scale);
-            factors = self::factors(model, &scale)?;
+            scale = rescaled(model, &at, &factors, scale, &attitude);
+            attitude = Attitude::new(model, &theta);
+            factors = self::factors(model, &scale, &attitude)?;
             continue;
         }
         if step > *RESCALED.end() && gradient.dot(&change) < REST {
@@ -143,10 +145,9 @@ fn loss(model: &Model<'_>, parameters: &Prior, theta: &[f64], factors: &[DMatrix
     out
 }
 
-fn factors(model: &Model<'_>, scale: &Scales) -> Option<Vec<DMatrix<f64>>> {
-    let columns = model.columns;
-    let of = |s| Noise::new(columns, &s, &model.residuals).factor(scale);
-    columns.stretches().map(of).collect()
+fn factors(model: &Model<'_>, scale: &Scales, attitude: &Attitude) -> Option<Vec<DMatrix<f64>>> {
+    let of = |s| Noise::new(model, &s, attitude).factor(scale);
+    model.columns.stretches().map(of).collect()
 }
 
 fn whiten(
@@ -206,11 +207,17 @@ fn weight(residual: f64) -> f64 {
 }
 
 /// Scales of the noise by the residuals of some of the stretches.
-fn rescaled(model: &Model<'_>, at: &Whitened, factors: &[DMatrix<f64>], scale: Scales) -> Scales {
+fn rescaled(
+    model: &Model<'_>,
+    at: &Whitened,
+    factors: &[DMatrix<f64>],
+    scale: Scales,
+    attitude: &Attitude,
+) -> Scales {
     let every = factors.len().div_ceil(MOST);
     let mut sums = [[0.0; 2]; PARTS];
     for (k, stretch) in model.columns.stretches().enumerate().step_by(every) {
-        let noise = Noise::new(model.columns, &stretch, &model.residuals);
+        let noise = Noise::new(model, &stretch, attitude);
         // outliers count as far as they have weight
         let kept = at.residuals[k].map(|r| r * weight(r).sqrt());
         let shares = noise.shares(&factors[k], &kept);
