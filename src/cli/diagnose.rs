@@ -8,10 +8,11 @@ use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::batch::error::Error;
-use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, against, finish};
+use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, against, finish, standing};
 use crate::batch::store::folder::Store;
 use crate::batch::workers::in_order::InOrder;
 use crate::batch::workers::scheduler as engine;
+use crate::batch::workers::scheduler::Accounts;
 use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
     Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
@@ -21,12 +22,13 @@ use crate::cli::failure::Failure;
 use crate::cli::json;
 use crate::cli::progress::Progress;
 use crate::cli::say;
+use crate::diagnose::reference::news::News;
 use crate::diagnose::reference::words as changes;
 use crate::diagnose::{Settings, summary};
 use crate::report::diagnosis::answer;
 use crate::report::terminal;
 use crate::statistics::number_format::count;
-use crate::store::tables::rows::CauseRow;
+use crate::store::tables::rows::{CauseRow, ChangeRow};
 
 /// Find out why the model and a ride disagree
 #[derive(Debug, clap::Args)]
@@ -48,6 +50,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SESSIONS", value_parser = NonEmptyStringValueParser::new())]
     against: Option<String>,
     /// Print the rows of the tables `causes` and `changes` as JSON, one object a line; its key `table` says of which.
+    ///
+    /// A row of `changes` has the key `new`: true where it was not there at the last diagnosis. The last line, `summary`, has
+    /// the counts, also where nothing is new.
     #[arg(long)]
     json: bool,
 }
@@ -101,8 +106,13 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     }
     if !store.is_behind() {
         log();
-        if format == Format::Words {
-            print_unchanged(&accounts, out);
+        match format {
+            Format::None => {}
+            Format::Words => print_unchanged(&accounts, out),
+            Format::Json => {
+                let rows = standing(&store)?;
+                print_rows(&News::new(&rows, &rows), &accounts);
+            }
         }
         if let Some(text) = &arguments.against {
             print_against(&store, text, format)?;
@@ -116,15 +126,21 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     } else {
         over_all.causes.iter().for_each(|row| print(&format.pooled(row)));
     }
+    let news = News::new(&over_all.changes, over_all.earlier.as_deref().unwrap_or_default());
     match format {
         Format::None => {}
-        Format::Json => {
-            over_all.changes.iter().for_each(|row| print(&json::line("changes", row)));
+        Format::Json => print_rows(&news, &accounts),
+        Format::Words => {
+            let text = match over_all.earlier.is_some() && !say::is_verbose() {
+                true => {
+                    let keys = seen.iter().filter_map(|rows| Some(rows.first()?.ident.key()));
+                    news.text(&keys.collect(), &format!("roadbench show {out}"))
+                }
+                // the first time all of it is new
+                false => changes::of_motorcycles(&over_all.changes),
+            };
+            print(&terminal::wrapped(&text, say::line_width()));
         }
-        Format::Words => print(&terminal::wrapped(
-            &changes::of_motorcycles(&over_all.changes),
-            say::line_width(),
-        )),
     }
     log();
     if format == Format::Words {
@@ -136,6 +152,45 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     }
     damaged(&accounts)?;
     rejected(&accounts)
+}
+
+/// The rows of `changes` as JSON, each with whether it is new, and a last line with the counts, which is there on every night.
+fn print_rows(news: &News<'_>, accounts: &Accounts) {
+    for (row, is_new) in &news.rows {
+        print(&json::line("changes", &NewsRow { new: *is_new, row }));
+    }
+    print(&json::line(
+        "summary",
+        &Summary {
+            logs: accounts.inputs,
+            diagnosed: accounts.done,
+            unchanged: accounts.unchanged,
+            rejected: accounts.rejected.len(),
+            changes_new: news.new_changes().len(),
+            changes_standing: news.standing().len(),
+            changes_gone: news.gone.len(),
+        },
+    ));
+}
+
+/// A row of `changes` with whether it was not there at the last diagnosis.
+#[derive(Debug, serde::Serialize)]
+struct NewsRow<'a> {
+    new: bool,
+    #[serde(flatten)]
+    row: &'a ChangeRow,
+}
+
+/// Counts of a diagnosis, of logs and of changes.
+#[derive(Debug, serde::Serialize)]
+struct Summary {
+    logs: usize,
+    diagnosed: usize,
+    unchanged: usize,
+    rejected: usize,
+    changes_new: usize,
+    changes_standing: usize,
+    changes_gone: usize,
 }
 
 /// What the other rides of each motorcycle differ by from chosen ones.

@@ -89,6 +89,42 @@ impl Affected {
         }
     }
 
+    /// The key of a changed tyre as a cause, in the column `cause` of `changes`: `tyre_swap_rear`, as an event has the kind
+    /// `tyre_swap` and the tyre `rear`.
+    pub fn swap_key(self) -> String {
+        format!("{}_{}", EventKind::TyreSwap.name(), self.name())
+    }
+
+    /// The tyres of such a key; `None` of another cause.
+    pub fn of_swap_key(key: &str) -> Option<Self> {
+        [Affected::Front, Affected::Rear, Affected::Both].into_iter().find(|a| a.swap_key() == key)
+    }
+
+    /// The part of a name in the column `tyre` of `fleet_events`; `None` of one that this version does not know.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Affected::Front, Affected::Rear, Affected::Both, Affected::Vehicle]
+            .into_iter()
+            .find(|a| a.name() == name)
+    }
+
+    /// A changed tyre as a cause, as a main clause.
+    pub fn swap_sentence(self) -> &'static str {
+        match self {
+            Affected::Front => "another front tyre was fitted",
+            Affected::Rear => "another rear tyre was fitted",
+            Affected::Both | Affected::Vehicle => "other tyres were fitted",
+        }
+    }
+
+    /// A changed tyre in three words, for a chart.
+    pub fn swap_label(self) -> &'static str {
+        match self {
+            Affected::Front => "front tyre changed",
+            Affected::Rear => "rear tyre changed",
+            Affected::Both | Affected::Vehicle => "tyres changed",
+        }
+    }
+
     /// Whether a tyre's coefficients are among them.
     pub fn includes(self, axle: Axle) -> bool {
         match self {
@@ -110,5 +146,14 @@ mod tests {
             assert_eq!(EventKind::from_name(kind.name()), Some(kind));
         }
         assert_eq!(EventKind::from_name("tyre swap"), None);
+    }
+
+    #[test]
+    fn a_changed_tyre_has_one_key_in_both_tables() {
+        let rear = Affected::of_swap_key("tyre_swap_rear");
+        assert_eq!(rear.map(Affected::name), Some("rear"));
+        assert_eq!(Affected::of_swap_key("tyre_swap_vehicle"), None);
+        assert_eq!(Affected::of_swap_key("wind"), None);
+        assert_eq!(Affected::from_name("both"), Some(Affected::Both));
     }
 }

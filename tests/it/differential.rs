@@ -105,10 +105,10 @@ fn the_ride_that_differs_has_its_cause() {
     assert_eq!(row.cause.as_deref(), Some("steer_zero"));
     let (low, high) = row.ci95_low.zip(row.ci95_high).expect("an interval");
     assert!(low < 0.005 && 0.005 < high && high - low < 0.006, "{low} to {high}");
-    assert!(
-        text.starts_with("bike: 4 of 5 rides as before\n  ride_6 (2026-05-07): steer_zero"),
-        "{text}"
-    );
+    // what is new comes first; the rides of the nights before are not listed again
+    let news = "1 ride diagnosed: 1 unlike the motorcycle's other rides\nNew since the last diagnosis:\n  bike, ride_6 \
+                (2026-05-07): steer_zero";
+    assert!(text.starts_with(news), "{text}");
     // one wording and one number in the terminal, the table and on the page
     let on_one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(on_one_line.contains(&row.sentence), "{text}");
@@ -122,11 +122,31 @@ fn the_ride_that_differs_has_its_cause() {
         .expect("roadbench starts");
     let lines = String::from_utf8_lossy(&again.stdout);
     let lines = lines.lines().map(|l| serde_json::from_str(l).expect("JSON"));
-    let lines: Vec<serde_json::Value> =
-        lines.filter(|l: &serde_json::Value| l["table"] == "changes").collect();
+    let lines: Vec<serde_json::Value> = lines.collect();
+    assert_eq!(
+        lines.last().map(|l| (&l["table"], &l["changes_new"])),
+        Some((&"summary".into(), &1.into()))
+    );
+    let lines: Vec<_> = lines.into_iter().filter(|l| l["table"] == "changes").collect();
     let named: Vec<_> = lines.iter().filter(|l| l["cause"] == "steer_zero").collect();
     assert!(lines.len() >= 5 && named.len() == 1, "{lines:?}");
-    assert_eq!(named[0]["session_id"], "ride_6");
+    assert_eq!((&named[0]["session_id"], &named[0]["new"]), (&"ride_6".into(), &true.into()));
+    // a night without a new log says so, to programs too
+    let [text, lines] = [&[][..], &["--json"][..]].map(|more| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"));
+        command.arg("diagnose").arg(&archive).arg("--out").arg(&json).args(["--nulls", "0"]);
+        let done = command.args(more).output().expect("roadbench starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        String::from_utf8_lossy(&done.stdout).into_owned()
+    });
+    assert!(text.starts_with("5 logs, nothing has changed in "), "{text}");
+    let rows = lines.lines().map(|l| serde_json::from_str(l).expect("JSON"));
+    let rows: Vec<serde_json::Value> = rows.collect();
+    let (last, rows) = rows.split_last().expect("a summary");
+    let counts =
+        ["diagnosed", "unchanged", "changes_new", "changes_standing"].map(|key| last[key].as_u64());
+    assert_eq!(counts, [0, 5, 0, 1].map(Some), "{lines}");
+    assert!(rows.len() == 5 && rows.iter().all(|r| r["new"] == false), "{lines}");
     let page = std::fs::read_to_string(out.join("report/index.html")).expect("a page");
     assert!(page.contains("4 of 5 rides as before"), "the page says nothing of the change");
 }

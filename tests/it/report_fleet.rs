@@ -203,7 +203,7 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     // 29.8 % over 14.2 standard deviations: 4.1 % to each side
     assert!(html.contains("<a href=\"s09.html\">since s09 (2026-05-10, rear tyre soft)</a>"));
     assert!(html.contains(
-        "the rear peak friction differs by 29.8 % (25.7 to 33.9) from the 3 rides before, as if another rear tyre was on"
+        "the rear peak friction differs by 29.8 % (25.7 to 33.9) from the 3 rides before, as if another rear tyre was fitted"
     ));
     // one box for the bike that kept its tyre, one for each tyre of the other
     assert_eq!(html.matches("<svg class=\"boxes\"").count(), 3);

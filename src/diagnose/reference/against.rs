@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::numbers::{History, Ride};
 use super::search::{Change, Evidence, search_of};
 use super::sets::{Kind, OTHERS, Rides};
-use super::{changed, words};
+use super::{changed, tyre_swap, words};
 use crate::store::tables::rows::{ChangeRow, Ident};
 
 /// Differences of a motorcycle's other rides from the given ones.
@@ -56,12 +56,13 @@ fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
     }
     let history = History::of(&sides.concat());
     let others = Rides::from(Kind::Chosen, rides[0], history.len());
-    let found = search_of(&history, std::slice::from_ref(&others));
+    let found = search_of(&history, std::slice::from_ref(&others)).changes;
+    let found = tyre_swap::explained(&history, found);
     let row = |change: &Change| ChangeRow {
         // one question: chance needs no further discount
         ..changed(&history, change, change.chance)
     };
-    let changes: Vec<ChangeRow> = found.changes.iter().map(row).collect();
+    let changes: Vec<ChangeRow> = found.iter().map(row).collect();
     let largest = match changes.is_empty() {
         true => Evidence::new(&history, &others).largest(),
         false => None,

@@ -7,8 +7,10 @@
 //! explain      the cause that explains the differences of all numbers
 //! sets         rides that may differ: one, since a date, at a site, with a rider, on a tyre, in a night, a drift
 //! search       over the sets
+//! tyre_swap    a changed tyre as the cause of what the search finds
 //! against      chosen rides as the reference of all others together
 //! words        in sentences
+//! news         what is new since the last time
 //! ```
 //!
 //! What a method gets wrong of a motorcycle is the same in all its rides, and cancels. So sizes that the single ride cannot
@@ -19,17 +21,20 @@ pub(crate) mod against;
 pub(crate) mod belief;
 pub(crate) mod difference;
 pub(crate) mod explain;
+pub(crate) mod news;
 pub(crate) mod numbers;
 pub(crate) mod search;
 pub(crate) mod sets;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tyre_swap;
 pub(crate) mod words;
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use crate::contract::fleet_event::Affected;
 use crate::statistics::discovery::discovery_rates;
 use crate::store::tables::changes::place;
 use crate::store::tables::rows::{ChangeRow, Ident};
@@ -52,10 +57,11 @@ pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
         .into_par_iter()
         .map(|rides| {
             let history = History::new(rides);
-            let found = match history.len() > OTHERS {
+            let mut found = match history.len() > OTHERS {
                 true => search(&history),
                 false => SearchResult::default(),
             };
+            found.changes = tyre_swap::explained(&history, found.changes);
             (history, found)
         })
         .collect();
@@ -139,11 +145,14 @@ fn as_others(history: &History, change: &Change, rate: f64, ride: usize) -> Chan
 fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
     let [inside, others] = change.rides.counts();
     let number = &history.numbers[change.cause];
-    let verdict = match (number.effect, change.rivals.is_empty()) {
-        (None, true) => "changed",
-        (Some(_), true) => "named",
+    let is_explained = number.effect.is_some() || change.swap.is_some();
+    let verdict = match (is_explained, change.rivals.is_empty()) {
+        (false, true) => "changed",
+        (true, true) => "named",
         (_, false) => "ambiguous",
     };
+    // a changed tyre has no size of its own: what moved has
+    let sized = |x: f64| Some(x).filter(|x| change.swap.is_none() && x.is_finite());
     let listed = |names: Vec<String>| (!names.is_empty()).then(|| names.join(", "));
     let rivals = change.rivals.iter().map(|p| history.numbers[*p].name.clone()).collect();
     let moved = |m: &search::Moved| words::moved(&history.numbers[m.number], m.by);
@@ -154,11 +163,11 @@ fn changed(history: &History, change: &Change, rate: f64) -> ChangeRow {
         n_rides: inside as i64,
         n_others: others as i64,
         verdict: verdict.to_owned(),
-        cause: Some(number.name.clone()),
-        value: Some(change.size),
-        unit: Some(number.unit.clone()),
-        ci95_low: Some(change.size - change.half_width).filter(|x| x.is_finite()),
-        ci95_high: Some(change.size + change.half_width).filter(|x| x.is_finite()),
+        cause: Some(change.swap.map_or_else(|| number.name.clone(), Affected::swap_key)),
+        value: sized(change.size),
+        unit: change.swap.is_none().then(|| number.unit.clone()),
+        ci95_low: sized(change.size - change.half_width),
+        ci95_high: sized(change.size + change.half_width),
         t: Some(change.t),
         chance: Some(change.chance),
         false_discovery_rate: Some(rate),

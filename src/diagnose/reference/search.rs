@@ -11,6 +11,7 @@ use super::difference::{Difference, difference};
 use super::explain::{Candidate, candidates, trace};
 use super::numbers::History;
 use super::sets::{Kind, Rides};
+use crate::contract::fleet_event::Affected;
 use crate::statistics::order::median_of_finite;
 
 /// Chance that a motorcycle of which nothing changed is said to have changed, per search.
@@ -70,6 +71,8 @@ pub(crate) struct Change {
     pub moved: Vec<Moved>,
     /// Chance that any number of these rides differs as much where nothing changed.
     pub chance: f64,
+    /// The tyres that were changed, where that explains it ([`tyre_swap`](super::tyre_swap)).
+    pub swap: Option<Affected>,
 }
 
 /// A ride's largest difference, whether beyond chance or not.
@@ -354,6 +357,7 @@ fn caused(history: &History, rides: &Rides, evidence: &Evidence, chance: f64) ->
         rivals,
         moved: seen,
         chance,
+        swap: None,
     };
     Some(Caused { change, gain: cause.gain, is_own: own.is_some() })
 }

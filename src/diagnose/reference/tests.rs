@@ -93,7 +93,7 @@ fn a_change_that_lasts_is_one_change_since_then() {
     let all = changes(
         (0..12).map(|k| ride(2, k, if k >= 7 { &[("pad_heat", 40.0)] } else { &[] })).collect(),
     );
-    assert_eq!(head(&all).as_deref(), Some("7 of 12 rides as before, 5 as since a change"));
+    assert_eq!(head(&all).as_deref(), Some("7 of 12 rides as before, 5 after a change that lasts"));
     let late = all.iter().find(|r| r.ident.session_id == "s09").expect("a row");
     assert!(late.sentence.starts_with("as the rides since s07"), "{}", late.sentence);
 }

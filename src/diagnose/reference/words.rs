@@ -61,7 +61,10 @@ pub(crate) fn sentence(history: &History, change: &Change) -> String {
         size: &size(history, change),
         rides: change.rides.name(),
         counts: change.rides.counts(),
-        cause: number.effect.map(|effect| effect.sentence_of(change.size)),
+        cause: match change.swap {
+            Some(swap) => Some(swap.swap_sentence()),
+            None => number.effect.map(|effect| effect.sentence_of(change.size)),
+        },
         rivals: &rivals,
     })
 }

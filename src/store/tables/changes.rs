@@ -68,7 +68,7 @@ pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
     (all > 0).then(|| {
         format!(
             "{same} of {all} rides as before{}{}{}",
-            more(since, "as since a change"),
+            more(since, "after a change that lasts"),
             more(shared, "share a change"),
             more(unclear, "unclear")
         )

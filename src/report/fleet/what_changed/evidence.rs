@@ -1,7 +1,7 @@
 //! What one way says of a change. Events of coefficients become rows as those of the comparison of rides, with the sentence of
 //! the same pattern.
 
-use crate::contract::fleet_event::EventKind;
+use crate::contract::fleet_event::{Affected, EventKind};
 use crate::report::change_sentence::{self, Parts};
 use crate::report::fleet::what_changed::rides::{Ride, Rides};
 use crate::report::{labels, parameter_words};
@@ -63,7 +63,10 @@ impl Evidence {
         let moved = row.moved.as_deref().unwrap_or_default();
         let moved_names = moved.split(", ").filter_map(|m| m.split(' ').next());
         let mut quantities: Vec<Quantity> = Vec::new();
-        for name in row.cause.as_deref().into_iter().chain(moved_names) {
+        let swap = row.cause.as_deref().and_then(Affected::of_swap_key);
+        // a changed tyre is no number of its own
+        let cause = row.cause.as_deref().filter(|_| swap.is_none());
+        for name in cause.into_iter().chain(moved_names) {
             let quantity = Quantity::Number(name.to_owned());
             if !name.is_empty() && !quantities.contains(&quantity) {
                 quantities.push(quantity);
@@ -85,7 +88,11 @@ impl Evidence {
             way: Way::Rides,
             members: rides.rides.iter().enumerate().map(is_member).collect(),
             quantities,
-            label: effect.map_or_else(|| "cause unknown".to_owned(), labels::spaced),
+            label: match (swap, effect) {
+                (Some(swap), _) => swap.swap_label().to_owned(),
+                (None, Some(effect)) => labels::spaced(effect),
+                (None, None) => "cause unknown".to_owned(),
+            },
             detail,
             row: row.clone(),
         }
@@ -143,7 +150,8 @@ impl Evidence {
                 .collect(),
             quantities,
             label: match kind {
-                Some(EventKind::TyreSwap | EventKind::BikeFile) => labels::spaced(&event.kind),
+                Some(EventKind::TyreSwap) => affected(&event.tyre).swap_label().to_owned(),
+                Some(EventKind::BikeFile) => labels::spaced(&event.kind),
                 _ => "cause unknown".to_owned(),
             },
             detail,
@@ -204,15 +212,16 @@ pub(super) fn as_sentence(clause: &str) -> String {
 
 /// Cause of an event, as a main clause; `None` where coefficients do not show it.
 fn cause(kind: EventKind, tyre: &str) -> Option<&'static str> {
-    match (kind, tyre) {
-        (EventKind::TyreSwap, "front") => Some("another front tyre was on"),
-        (EventKind::TyreSwap, "rear") => Some("another rear tyre was on"),
-        (EventKind::TyreSwap, _) => Some("other tyres were on"),
-        (EventKind::BikeFile, _) => {
-            Some("the bike file had a wrong mass, wheelbase or centre of mass")
-        }
-        (EventKind::Drift | EventKind::Outlier | EventKind::Change, _) => None,
+    match kind {
+        EventKind::TyreSwap => Some(affected(tyre).swap_sentence()),
+        EventKind::BikeFile => Some("the bike file had a wrong mass, wheelbase or centre of mass"),
+        EventKind::Drift | EventKind::Outlier | EventKind::Change => None,
     }
+}
+
+/// The part of an event; both tyres where the name is not known.
+fn affected(tyre: &str) -> Affected {
+    Affected::from_name(tyre).unwrap_or(Affected::Both)
 }
 
 /// The tyres that the logs say were new with a ride: `rear tyre soft`.

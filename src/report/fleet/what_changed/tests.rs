@@ -71,7 +71,7 @@ fn an_event_has_the_sentence_of_a_change() {
     // 12 % over 12 standard deviations: 1.96 % to each side
     assert_eq!(
         evidence.row.sentence,
-        "the rear peak friction differs by 12.0 % (10.0 to 14.0) from the 7 rides before, as if another rear tyre was on"
+        "the rear peak friction differs by 12.0 % (10.0 to 14.0) from the 7 rides before, as if another rear tyre was fitted"
     );
     assert_eq!(place(&evidence.row), "since s07 (2026-05-08, rear tyre soft)");
     assert!(

@@ -1,0 +1,251 @@
+//! What is new since the last diagnosis of an output: the changes that were not reported then, those that are no longer, and
+//! how many stand.
+//!
+//! A change is the same if rides of the same kind differ for the same cause; the start of a step may be a ride or two off, as more
+//! rides place it better. So a step is new once, whichever night shows it first, and so is its cause once it is found.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use crate::statistics::number_format::count;
+use crate::store::tables::changes::{is_change, place};
+use crate::store::tables::rows::ChangeRow;
+
+/// Rides by which the start of a step may be off.
+const NEAR: usize = 2;
+/// Most new changes that have a line each, and most that are no longer reported.
+const LISTED: [usize; 2] = [40, 6];
+
+/// The changes of an output, held against those that it had.
+#[derive(Debug)]
+pub(crate) struct News<'a> {
+    /// All rows of now, each with whether it was not there before.
+    pub rows: Vec<(&'a ChangeRow, bool)>,
+    /// Changes that were reported before and are no longer, nor any other of the same rides.
+    pub gone: Vec<&'a ChangeRow>,
+}
+
+impl<'a> News<'a> {
+    /// Of the rows of now and before, each in order of motorcycle and time.
+    pub(crate) fn new(now: &'a [ChangeRow], before: &'a [ChangeRow]) -> Self {
+        let starts = Starts::of(now);
+        let is_new = |row: &ChangeRow| !before.iter().any(|b| starts.is_same(row, b));
+        let rows: Vec<(&ChangeRow, bool)> = now.iter().map(|row| (row, is_new(row))).collect();
+        let is_gone = |b: &&ChangeRow| {
+            is_change(b) && !now.iter().any(|row| is_change(row) && starts.is_of_same_rides(row, b))
+        };
+        News { rows, gone: before.iter().filter(is_gone).collect() }
+    }
+
+    /// The new changes.
+    pub(crate) fn new_changes(&self) -> Vec<&'a ChangeRow> {
+        self.rows.iter().filter(|(row, is_new)| *is_new && is_change(row)).map(|r| r.0).collect()
+    }
+
+    /// The changes that were reported before and stand.
+    pub(crate) fn standing(&self) -> Vec<&'a ChangeRow> {
+        self.rows.iter().filter(|(row, is_new)| !is_new && is_change(row)).map(|r| r.0).collect()
+    }
+
+    /// Lines for a terminal: how the rides that were diagnosed now compare, what is new, and how much stands, with the command
+    /// that lists it.
+    pub(crate) fn text(&self, diagnosed: &BTreeSet<(&str, &str)>, list: &str) -> String {
+        let mut text = self.head(diagnosed);
+        let new = self.new_changes();
+        text += match new.is_empty() {
+            true => "No new change since the last diagnosis.\n",
+            false => "New since the last diagnosis:\n",
+        };
+        for row in new.iter().take(LISTED[0]) {
+            // writing to a String cannot fail
+            let _ = writeln!(text, "  {}, {}: {}", row.ident.bike_id, place(row), row.sentence);
+        }
+        if new.len() > LISTED[0] {
+            let _ = writeln!(text, "  and {} more", new.len() - LISTED[0]);
+        }
+        if !self.gone.is_empty() {
+            let what = |row: &&ChangeRow| {
+                format!("{}, {}: {}", row.ident.bike_id, place(row), subject(&row.sentence))
+            };
+            let mut lines: Vec<String> = self.gone.iter().take(LISTED[1]).map(what).collect();
+            if self.gone.len() > LISTED[1] {
+                lines.push(format!("and {} more", self.gone.len() - LISTED[1]));
+            }
+            let _ = writeln!(text, "No longer reported: {}", lines.join("; "));
+        }
+        let standing = self.standing();
+        if !standing.is_empty() {
+            let bikes: BTreeSet<&str> =
+                standing.iter().map(|row| row.ident.bike_id.as_str()).collect();
+            let [stand, lists] =
+                if standing.len() == 1 { ["stands", "it"] } else { ["stand", "them"] };
+            let _ = writeln!(
+                text,
+                "{} of {} still {stand}; `{list}` lists {lists}.",
+                count(standing.len(), "earlier change"),
+                count(bikes.len(), "motorcycle")
+            );
+        }
+        text
+    }
+
+    /// How the rides that were diagnosed now compare with the others of their motorcycles.
+    fn head(&self, diagnosed: &BTreeSet<(&str, &str)>) -> String {
+        let of = |is: &dyn Fn(&ChangeRow) -> bool| {
+            let own = self.rows.iter().map(|r| r.0).filter(|row| row.rides == "ride" && is(row));
+            let keys: BTreeSet<(&str, &str)> = own.map(|row| row.ident.key()).collect();
+            keys.intersection(diagnosed).count()
+        };
+        let verdict = |name: &'static str| move |row: &ChangeRow| row.verdict == name;
+        let parts = [
+            (of(&verdict("as_before")), "as the motorcycle's other rides"),
+            (of(&verdict("as_since")), "after a change that lasts"),
+            (of(&verdict("as_others")), "share a change with other rides"),
+            (of(&is_change), "unlike the motorcycle's other rides"),
+            (of(&verdict("unclear")), "unclear"),
+            (of(&verdict("too_few")), "of motorcycles with fewer than four rides"),
+        ];
+        let parts: Vec<String> =
+            parts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+        let all = count(diagnosed.len(), "ride");
+        if parts.is_empty() {
+            format!("{all} diagnosed\n")
+        } else {
+            format!("{all} diagnosed: {}\n", parts.join(", "))
+        }
+    }
+}
+
+/// What a sentence says that differs.
+fn subject(sentence: &str) -> &str {
+    let ends = [" differs", " drifts"].iter().filter_map(|verb| sentence.find(verb));
+    &sentence[..ends.min().unwrap_or(sentence.len())]
+}
+
+/// The order of the rides of each motorcycle.
+struct Starts<'a> {
+    order: BTreeMap<(&'a str, &'a str), usize>,
+}
+
+impl<'a> Starts<'a> {
+    fn of(rows: &'a [ChangeRow]) -> Self {
+        let mut order = BTreeMap::new();
+        for row in rows {
+            let next = order.len();
+            order.entry(row.ident.key()).or_insert(next);
+        }
+        Starts { order }
+    }
+
+    /// Whether two rows say the same.
+    fn is_same(&self, a: &ChangeRow, b: &ChangeRow) -> bool {
+        if !self.is_of_same_rides(a, b) {
+            return false;
+        }
+        match is_change(a) || is_change(b) {
+            true => is_change(a) && is_change(b) && a.cause == b.cause,
+            false => a.verdict == b.verdict,
+        }
+    }
+
+    /// Whether two rows are of the same rides, but for those that came since.
+    fn is_of_same_rides(&self, a: &ChangeRow, b: &ChangeRow) -> bool {
+        if a.ident.bike_id != b.ident.bike_id || a.rides != b.rides {
+            return false;
+        }
+        let first = |text: &Option<String>| {
+            text.as_deref().and_then(|t| t.split(", ").next()).map(str::to_owned)
+        };
+        match a.rides.as_str() {
+            "drift" => true,
+            "ride" => a.ident.session_id == b.ident.session_id,
+            "since" => {
+                let at = |row: &ChangeRow| self.order.get(&row.ident.key()).copied();
+                at(a).zip(at(b)).is_some_and(|(a, b)| a.abs_diff(b) <= NEAR)
+            }
+            _ => first(&a.in_common) == first(&b.in_common),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::tables::rows::Ident;
+
+    fn row(bike: &str, k: usize, rides: &str, verdict: &str, cause: &str) -> ChangeRow {
+        ChangeRow {
+            ident: Ident {
+                bike_id: bike.into(),
+                session_id: format!("{bike}{k:02}"),
+                start_time: Some(format!("2026-05-{:02}T10:00:00Z", k + 1)),
+            },
+            rides: rides.into(),
+            verdict: verdict.into(),
+            cause: (!cause.is_empty()).then(|| cause.to_owned()),
+            sentence: format!("{cause} differs by 2"),
+            ..ChangeRow::default()
+        }
+    }
+
+    /// Rides of a motorcycle as before, with changes at places of them.
+    fn rows(bike: &str, n: usize, changes: &[(usize, &str, &str)]) -> Vec<ChangeRow> {
+        let mut all = Vec::new();
+        for k in 0..n {
+            let own = || changes.iter().filter(move |c| c.0 == k);
+            if !own().any(|c| c.1 == "ride") {
+                all.push(row(bike, k, "ride", "as_before", ""));
+            }
+            all.extend(own().map(|(k, rides, cause)| row(bike, *k, rides, "named", cause)));
+        }
+        all
+    }
+
+    fn text(now: &[ChangeRow], before: &[ChangeRow], diagnosed: &[(&str, &str)]) -> String {
+        News::new(now, before).text(&diagnosed.iter().copied().collect(), "roadbench show out")
+    }
+
+    #[test]
+    fn a_night_without_a_change_has_one_line_and_what_stands() {
+        let before = rows("a", 6, &[(2, "ride", "wind"), (4, "since", "latency")]);
+        let now = rows("a", 8, &[(2, "ride", "wind"), (4, "since", "latency")]);
+        let said = text(&now, &before, &[("a", "a06"), ("a", "a07")]);
+        assert_eq!(
+            said,
+            "2 rides diagnosed: 2 as the motorcycle's other rides\nNo new change since the last diagnosis.\n\
+             2 earlier changes of 1 motorcycle still stand; `roadbench show out` lists them.\n"
+        );
+    }
+
+    #[test]
+    fn what_is_new_comes_first_and_once() {
+        let before = rows("a", 8, &[(4, "since", "latency"), (6, "ride", "wind")]);
+        let mut now = rows("a", 10, &[(5, "since", "latency"), (9, "ride", "roll_zero")]);
+        now.extend(rows("b", 4, &[]));
+        let said = text(&now, &before, &[("a", "a08"), ("a", "a09")]);
+        // the step is a ride later than before: it is the same one
+        assert_eq!(
+            said,
+            "2 rides diagnosed: 1 as the motorcycle's other rides, 1 unlike the motorcycle's other rides\n\
+             New since the last diagnosis:\n  a, a09 (2026-05-10): roll_zero differs by 2\n\
+             No longer reported: a, a06 (2026-05-07): wind\n\
+             1 earlier change of 1 motorcycle still stands; `roadbench show out` lists it.\n"
+        );
+        let news = News::new(&now, &now);
+        assert!(news.new_changes().is_empty() && news.gone.is_empty());
+        assert!(news.rows.iter().all(|(_, is_new)| !is_new));
+    }
+
+    /// A change whose cause was not known is new once it is known, and not called gone.
+    #[test]
+    fn a_cause_that_is_found_is_new() {
+        let before = rows("a", 8, &[(4, "since", "radius_rear")]);
+        let now = rows("a", 8, &[(4, "since", "tyre_swap_rear")]);
+        let news = News::new(&now, &before);
+        assert_eq!(news.new_changes().len(), 1);
+        assert!(news.gone.is_empty() && news.standing().is_empty());
+        // two motorcycles with rides of the same names
+        let other = rows("b", 8, &[(4, "since", "tyre_swap_rear")]);
+        assert_eq!(News::new(&other, &now).new_changes().len(), 1);
+    }
+}
