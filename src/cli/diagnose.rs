@@ -28,7 +28,7 @@ use crate::diagnose::{Settings, summary};
 use crate::report::diagnosis::answer;
 use crate::report::terminal;
 use crate::statistics::number_format::count;
-use crate::store::tables::rows::{CauseRow, ChangeRow};
+use crate::store::tables::rows::{CauseRow, ChangeRow, Ident};
 
 /// Find out why the model and a ride disagree
 #[derive(Debug, clap::Args)]
@@ -98,7 +98,8 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     progress.clear();
     let (accounts, store) = done?;
     let out = store.root();
-    let (planned, seen) = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let Seen { planned, causes: seen, rides } =
+        watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
     let log = || log_accounts(&accounts, "diagnose", start.elapsed().as_secs_f64());
     if accounts.left > 0 {
         log();
@@ -133,8 +134,12 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
         Format::Words => {
             let text = match over_all.earlier.is_some() && !say::is_verbose() {
                 true => {
-                    let keys = seen.iter().filter_map(|rows| Some(rows.first()?.ident.key()));
-                    news.text(&keys.collect(), &format!("roadbench show {out}"))
+                    let keys = rides.iter().map(Ident::key).collect();
+                    let list = match out.as_path() {
+                        Some(folder) => format!("`roadbench show {}`", folder.display()),
+                        None => "the report".to_owned(),
+                    };
+                    news.text(&keys, &list)
                 }
                 // the first time all of it is new
                 false => changes::of_motorcycles(&over_all.changes),
@@ -279,12 +284,21 @@ struct Watcher<'a, F> {
     format: Format,
     /// Whether of several rides only what they say together is printed.
     in_short: bool,
-    /// How many logs there are, and the rows of each that was computed.
-    seen: Mutex<(usize, Vec<Vec<CauseRow>>)>,
+    seen: Mutex<Seen>,
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    /// How many logs there are.
+    planned: usize,
+    /// The rows of each ride that was computed.
+    causes: Vec<Vec<CauseRow>>,
+    /// The rides that were computed.
+    rides: Vec<Ident>,
 }
 
 impl<F> Watcher<'_, F> {
-    fn seen(&self) -> MutexGuard<'_, (usize, Vec<Vec<CauseRow>>)> {
+    fn seen(&self) -> MutexGuard<'_, Seen> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -292,7 +306,7 @@ impl<F> Watcher<'_, F> {
 impl<F: Fn(String) + Sync> Watch<Verdict> for Watcher<'_, F> {
     fn planned(&self, logs: &[String], bytes: u64) {
         self.order.expect(logs);
-        self.seen().0 = logs.len();
+        self.seen().planned = logs.len();
         Watch::<Verdict>::planned(self.progress, logs, bytes);
     }
 
@@ -300,11 +314,12 @@ impl<F: Fn(String) + Sync> Watch<Verdict> for Watcher<'_, F> {
         self.progress.finished(finished, None::<Verdict>);
         let text = result.map(|verdict| {
             let mut seen = self.seen();
-            let text = match self.in_short && seen.0 > 1 {
+            let text = match self.in_short && seen.planned > 1 {
                 true => String::new(),
                 false => self.format.session(&verdict),
             };
-            seen.1.push(verdict.causes);
+            seen.causes.push(verdict.causes);
+            seen.rides.push(verdict.ident);
             text
         });
         self.order.finished(finished.log, text);

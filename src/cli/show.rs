@@ -38,8 +38,8 @@ pub(crate) struct Arguments {
     /// Its bike, where several have a session of that name; without --session, the bike whose sessions are listed.
     #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
     bike: Option<String>,
-    /// Print the rows of the tables `sessions`, `coefficients`, `warnings`, `rejected` and `causes` as JSON, one object a
-    /// line; its key `table` says of which.
+    /// Print the rows of the tables `sessions`, `coefficients`, `warnings`, `rejected`, `causes` and `changes` as JSON, one
+    /// object a line; its key `table` says of which.
     #[arg(long)]
     json: bool,
 }
@@ -96,12 +96,20 @@ fn diagnosed(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Resul
     rows.retain(|row| {
         row.ident.session_id == session && bike.is_none_or(|b| row.ident.bike_id == b)
     });
-    let Some(first) = rows.first() else { return Ok(false) };
+    // without fault-free simulations a ride has no causes
+    let changes = changes(out)?;
+    let is_own = |row: &&ChangeRow| {
+        row.ident.session_id == session && bike.is_none_or(|b| row.ident.bike_id == b)
+    };
+    let changes: Vec<&ChangeRow> = changes.iter().filter(is_own).collect();
+    let first = rows.first().map(|row| &row.ident).or(changes.first().map(|row| &row.ident));
+    let Some(first) = first else { return Ok(false) };
     if json {
         rows.iter().for_each(|row| print(&json::line("causes", row)));
+        changes.iter().for_each(|row| print(&json::line("changes", row)));
         return Ok(true);
     }
-    let (bike, session) = first.ident.key();
+    let (bike, session) = first.key();
     let head = format!("{}  {}\n", terminal::clean(session), terminal::clean(bike));
     print(&head);
     print(&terminal::wrapped(&of_ride(out, (bike, session))?, say::width()));
@@ -109,17 +117,23 @@ fn diagnosed(out: &Path, session: &str, bike: Option<&str>, json: bool) -> Resul
     Ok(true)
 }
 
-/// What a diagnosis found in a ride, in sentences, and how the ride differs from the motorcycle's others; empty where it
+/// What a diagnosis found in a ride, in sentences, and how the ride compares with the motorcycle's others; empty where it
 /// was not diagnosed.
 fn of_ride(out: &Path, ride: (&str, &str)) -> Result<String, Failure> {
     let mut rows = causes(out).map_err(failure)?;
     rows.retain(|row| row.ident.key() == ride);
-    if rows.is_empty() {
-        return Ok(String::new());
+    let mut text = String::new();
+    if !rows.is_empty() {
+        text = answer::of_ride(&rows).join("\n") + "\n";
     }
-    let mut text = answer::of_ride(&rows).join("\n") + "\n";
-    for row in changes(out)?.iter().filter(|row| row.ident.key() == ride && is_change(row)) {
+    let changes = changes(out)?;
+    let own = || changes.iter().filter(|row| row.ident.key() == ride);
+    for row in own().filter(|row| is_change(row)) {
         text += &format!("{}.\n", row.sentence);
+    }
+    // a ride that was only compared has an answer, too
+    if text.is_empty() {
+        text.extend(own().map(|row| format!("{}.\n", row.sentence)));
     }
     Ok(text)
 }
@@ -129,15 +143,16 @@ fn of_rides(out: &Path, bike: Option<&str>) -> Result<String, Failure> {
     let (rows, shared) = causes_and_shared(out).map_err(failure)?;
     let is_own = |row: &&CauseRow| bike.is_none_or(|bike| row.ident.bike_id == bike);
     let rows: Vec<CauseRow> = rows.iter().filter(is_own).cloned().collect();
+    let mut changes = changes(out)?;
+    changes.retain(|row| bike.is_none_or(|bike| row.ident.bike_id == bike));
+    // without fault-free simulations rides are only compared
     if rows.is_empty() {
-        return Ok(String::new());
+        return Ok(words::of_motorcycles(&changes));
     }
     let rides: Vec<Vec<CauseRow>> =
         rows.chunk_by(|a, b| a.ident.key() == b.ident.key()).map(<[CauseRow]>::to_vec).collect();
     // what rides share is of all motorcycles
     let shared: &[CauseRow] = if bike.is_some() { &[] } else { &shared };
-    let mut changes = changes(out)?;
-    changes.retain(|row| bike.is_none_or(|bike| row.ident.bike_id == bike));
     let said = answer::of_sessions(&rides, shared, usize::MAX);
     Ok(said + &words::of_motorcycles(&changes))
 }
@@ -210,6 +225,8 @@ fn list(out: &Path, bike: Option<&str>, json: bool) -> Result<(), Failure> {
         let is_own = |row: &&CauseRow| bike.is_none_or(|bike| row.ident.bike_id == bike);
         let rows = causes(out).map_err(failure)?;
         rows.iter().filter(is_own).for_each(|row| print(&json::line("causes", row)));
+        let is_own = |row: &&ChangeRow| bike.is_none_or(|bike| row.ident.bike_id == bike);
+        changes(out)?.iter().filter(is_own).for_each(|row| print(&json::line("changes", row)));
         return Ok(());
     }
     if sessions.is_empty() && !found.is_empty() {

@@ -125,7 +125,14 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     assert!(one.starts_with("demo_s0003  demo_01\n"), "{one}");
     assert!(one.contains("Report: out/report/index.html"), "{one}");
     let rows = archive.succeed(&["show", "out", "--session", "demo_s0003", "--json"]);
-    assert!(rows.lines().count() > 0 && rows.lines().all(|l| l.contains("\"table\":\"causes\"")));
+    // its causes, and how it compares with the others
+    let of = |table: &str| {
+        rows.lines().filter(|l| l.contains(&format!("\"table\":\"{table}\""))).count()
+    };
+    assert!(
+        of("causes") > 0 && of("changes") == 1 && rows.lines().count() == of("causes") + 1,
+        "{rows}"
+    );
     assert_same(&archive.files("out"), &whole);
 
     // what would be done, and why

@@ -142,6 +142,15 @@ fn the_ride_that_differs_has_its_cause() {
     assert!(text.starts_with("5 logs, nothing has changed in "), "{text}");
     let rows = lines.lines().map(|l| serde_json::from_str(l).expect("JSON"));
     let rows: Vec<serde_json::Value> = rows.collect();
+    let show = |more: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"));
+        let done = command.arg("show").arg(&json).args(more).output().expect("roadbench starts");
+        String::from_utf8_lossy(&done.stdout).into_owned()
+    };
+    assert!(
+        show(&[]).starts_with("bike: 4 of 5 rides as before\n  ride_6 (2026-05-07): steer_zero")
+    );
+    assert!(show(&["--session", "ride_6"]).starts_with("ride_6  bike\nsteer_zero differs by"));
     let (last, rows) = rows.split_last().expect("a summary");
     let counts =
         ["diagnosed", "unchanged", "changes_new", "changes_standing"].map(|key| last[key].as_u64());

@@ -169,8 +169,13 @@ fn both_ways_stand_in_one_list_in_order_of_date() {
     assert!(first.contains("comparison of rides") && !first.contains(">coefficients<"), "{first}");
     assert!(second.contains(&shown(&radius.sentence)), "{second}");
     let event = "the rear rolling radius differs by 1.330 % (1.265 to 1.395) from the 7 rides before, as if another rear tyre \
-                 was on";
+                 was fitted";
     assert!(second.contains(event), "{second}");
+    // the cause comes first, from the way that knows it; numbers are evidence, which is folded
+    for (entry, cause) in [(first, "wind"), (second, "rear tyre changed")] {
+        assert!(entry.contains(&format!("<strong class=\"cause\">{cause}</strong>")), "{entry}");
+        assert!(entry.contains("<details class=\"evidence\"><summary>"), "{entry}");
+    }
     assert!(
         second.contains("comparison of rides") && second.contains(">coefficients<"),
         "{second}"

@@ -19,7 +19,7 @@ use crate::diagnose::reference::against::Against;
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
-use crate::store::tables::rows::{CauseRow, ChangeRow, DiagnosisRow, Provenance};
+use crate::store::tables::rows::{CauseRow, ChangeRow, DiagnosisRow, Ident, Provenance};
 use crate::store::tables::{file, registry};
 
 /// Work of `roadbench diagnose`: the diagnosis of one session.
@@ -36,6 +36,8 @@ pub struct Verdict {
     pub summary: String,
     /// Its rows of `causes`.
     pub causes: Vec<CauseRow>,
+    /// The session; without fault-free simulations it has no causes.
+    pub ident: Ident,
 }
 
 impl Work for DiagnoseWork {
@@ -72,12 +74,8 @@ impl Work for DiagnoseWork {
             let bytes = model.to_toml().into_bytes();
             files.push(SessionFile { folder: "models", extension: "toml", bytes });
         }
-        Ok(Output {
-            ident: d.ident,
-            samples: d.n_samples,
-            files,
-            result: Some(Verdict { summary: d.summary, causes: d.causes }),
-        })
+        let verdict = Verdict { summary: d.summary, causes: d.causes, ident: d.ident.clone() };
+        Ok(Output { ident: d.ident, samples: d.n_samples, files, result: Some(verdict) })
     }
 }
 

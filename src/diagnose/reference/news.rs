@@ -31,8 +31,13 @@ impl<'a> News<'a> {
         let starts = Starts::of(now);
         let is_new = |row: &ChangeRow| !before.iter().any(|b| starts.is_same(row, b));
         let rows: Vec<(&ChangeRow, bool)> = now.iter().map(|row| (row, is_new(row))).collect();
+        // the last day's step is a day's once there are later rides
+        let is_again = |row: &ChangeRow, b: &ChangeRow| {
+            starts.is_of_same_rides(row, b)
+                || row.ident.key() == b.ident.key() && row.cause == b.cause
+        };
         let is_gone = |b: &&ChangeRow| {
-            is_change(b) && !now.iter().any(|row| is_change(row) && starts.is_of_same_rides(row, b))
+            is_change(b) && !now.iter().any(|row| is_change(row) && is_again(row, b))
         };
         News { rows, gone: before.iter().filter(is_gone).collect() }
     }
@@ -47,9 +52,12 @@ impl<'a> News<'a> {
         self.rows.iter().filter(|(row, is_new)| !is_new && is_change(row)).map(|r| r.0).collect()
     }
 
-    /// Lines for a terminal: how the rides that were diagnosed now compare, what is new, and how much stands, with the command
-    /// that lists it.
+    /// Lines for a terminal: how the rides that were diagnosed now compare, what is new, and how much stands, with what lists
+    /// it. Empty where no ride can be compared yet.
     pub(crate) fn text(&self, diagnosed: &BTreeSet<(&str, &str)>, list: &str) -> String {
+        if self.gone.is_empty() && self.rows.iter().all(|(row, _)| row.verdict == "too_few") {
+            return String::new();
+        }
         let mut text = self.head(diagnosed);
         let new = self.new_changes();
         text += match new.is_empty() {
@@ -81,7 +89,7 @@ impl<'a> News<'a> {
                 if standing.len() == 1 { ["stands", "it"] } else { ["stand", "them"] };
             let _ = writeln!(
                 text,
-                "{} of {} still {stand}; `{list}` lists {lists}.",
+                "{} of {} still {stand}; {list} lists {lists}.",
                 count(standing.len(), "earlier change"),
                 count(bikes.len(), "motorcycle")
             );
@@ -102,7 +110,7 @@ impl<'a> News<'a> {
             (of(&verdict("as_since")), "after a change that lasts"),
             (of(&verdict("as_others")), "share a change with other rides"),
             (of(&is_change), "unlike the motorcycle's other rides"),
-            (of(&verdict("unclear")), "unclear"),
+            (of(&verdict("unclear")), "not clear"),
             (of(&verdict("too_few")), "of motorcycles with fewer than four rides"),
         ];
         let parts: Vec<String> =
@@ -202,7 +210,7 @@ mod tests {
     }
 
     fn text(now: &[ChangeRow], before: &[ChangeRow], diagnosed: &[(&str, &str)]) -> String {
-        News::new(now, before).text(&diagnosed.iter().copied().collect(), "roadbench show out")
+        News::new(now, before).text(&diagnosed.iter().copied().collect(), "`roadbench show out`")
     }
 
     #[test]
@@ -234,6 +242,22 @@ mod tests {
         let news = News::new(&now, &now);
         assert!(news.new_changes().is_empty() && news.gone.is_empty());
         assert!(news.rows.iter().all(|(_, is_new)| !is_new));
+    }
+
+    #[test]
+    fn rides_that_cannot_be_compared_have_no_news() {
+        let few: Vec<ChangeRow> = (0..2).map(|k| row("a", k, "ride", "too_few", "")).collect();
+        assert_eq!(text(&few, &few[..1], &[("a", "a01")]), "");
+    }
+
+    /// A wind of the last day was since that day; the next night says that it was the day's.
+    #[test]
+    fn what_did_not_last_is_not_called_gone_beside_what_it_was() {
+        let before = rows("a", 8, &[(6, "since", "wind")]);
+        let now = rows("a", 10, &[(6, "day", "wind")]);
+        let news = News::new(&now, &before);
+        assert_eq!(news.new_changes().len(), 1);
+        assert!(news.gone.is_empty());
     }
 
     /// A change whose cause was not known is new once it is known, and not called gone.

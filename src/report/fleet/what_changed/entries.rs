@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::report::fleet::what_changed::evidence::{Evidence, Way, as_sentence};
+use crate::report::fleet::what_changed::evidence::{Evidence, UNKNOWN, Way, as_sentence};
 use crate::report::fleet::what_changed::related::are_related;
 use crate::report::fleet::what_changed::rides::Rides;
 use crate::statistics::number_format::typeset_sentence;
@@ -35,6 +35,12 @@ impl Entry {
         }
     }
 
+    /// The cause of the first way that shows one.
+    fn cause(&self) -> String {
+        let known = self.evidence.iter().find(|e| e.label != UNKNOWN);
+        known.or(self.evidence.first()).map(|e| e.label.clone()).unwrap_or_default()
+    }
+
     /// The largest size over its standard error.
     pub(crate) fn strength(&self) -> f64 {
         self.evidence.iter().map(Evidence::strength).fold(0.0, f64::max)
@@ -51,6 +57,7 @@ impl Entry {
         Shown {
             place: self.place(),
             page: first.map(|i| rides.rides[i].page.clone()).unwrap_or_default(),
+            cause: self.cause(),
             lines: self.evidence.iter().map(line).collect(),
         }
     }
@@ -62,6 +69,8 @@ impl Entry {
 pub(crate) struct Shown {
     pub place: String,
     pub page: String,
+    /// The cause in one to three words.
+    pub cause: String,
     pub lines: Vec<Line>,
 }
 

@@ -10,6 +10,8 @@ use crate::statistics::number_format::typeset_sentence;
 use crate::store::tables::changes::has_in_common;
 use crate::store::tables::rows::{ChangeRow, EventRow, Ident};
 
+/// Label of a change whose cause is not known.
+pub(crate) const UNKNOWN: &str = "cause unknown";
 /// Standard deviations of a 95 % interval.
 const WIDE: f64 = 1.96;
 
@@ -91,7 +93,7 @@ impl Evidence {
             label: match (swap, effect) {
                 (Some(swap), _) => swap.swap_label().to_owned(),
                 (None, Some(effect)) => labels::spaced(effect),
-                (None, None) => "cause unknown".to_owned(),
+                (None, None) => UNKNOWN.to_owned(),
             },
             detail,
             row: row.clone(),
@@ -152,7 +154,7 @@ impl Evidence {
             label: match kind {
                 Some(EventKind::TyreSwap) => affected(&event.tyre).swap_label().to_owned(),
                 Some(EventKind::BikeFile) => labels::spaced(&event.kind),
-                _ => "cause unknown".to_owned(),
+                _ => UNKNOWN.to_owned(),
             },
             detail,
             row: ChangeRow {
