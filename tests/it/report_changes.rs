@@ -173,7 +173,7 @@ fn both_ways_stand_in_one_list_in_order_of_date() {
     assert!(second.contains(event), "{second}");
     // the cause comes first, from the way that knows it; numbers are evidence, which is folded
     for (entry, cause) in [(first, "wind"), (second, "rear tyre changed")] {
-        assert!(entry.contains(&format!("<strong class=\"cause\">{cause}</strong>")), "{entry}");
+        assert!(entry.contains(&format!(": <b>{cause}</b>")), "{entry}");
         assert!(entry.contains("<details class=\"evidence\"><summary>"), "{entry}");
     }
     assert!(

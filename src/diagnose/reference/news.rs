@@ -64,9 +64,15 @@ impl<'a> News<'a> {
             true => "No new change since the last diagnosis.\n",
             false => "New since the last diagnosis:\n",
         };
+        let mut last = String::new();
         for row in new.iter().take(LISTED[0]) {
+            let rides = format!("{}, {}", row.ident.bike_id, place(row));
             // writing to a String cannot fail
-            let _ = writeln!(text, "  {}, {}: {}", row.ident.bike_id, place(row), row.sentence);
+            let _ = match rides == last {
+                true => writeln!(text, "    also: {}", row.sentence),
+                false => writeln!(text, "  {rides}: {}", row.sentence),
+            };
+            last = rides;
         }
         if new.len() > LISTED[0] {
             let _ = writeln!(text, "  and {} more", new.len() - LISTED[0]);
@@ -242,6 +248,11 @@ mod tests {
         let news = News::new(&now, &now);
         assert!(news.new_changes().is_empty() && news.gone.is_empty());
         assert!(news.rows.iter().all(|(_, is_new)| !is_new));
+        // of the same rides the place stands once
+        let odd = rows("a", 10, &[(9, "ride", "roll_zero"), (9, "ride", "wind")]);
+        let said = text(&odd, &rows("a", 9, &[]), &[("a", "a09")]);
+        let lines = "  a, a09 (2026-05-10): roll_zero differs by 2\n    also: wind differs by 2\n";
+        assert!(said.ends_with(lines), "{said}");
     }
 
     #[test]

@@ -64,12 +64,13 @@ pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
     let all = of(&|r| r.verdict != "too_few");
     let (same, since) = (of(&|r| r.verdict == "as_before"), of(&|r| r.verdict == "as_since"));
     let (shared, unclear) = (of(&|r| r.verdict == "as_others"), of(&|r| r.verdict == "unclear"));
+    let is_drift = rows.iter().any(|r| r.rides == "drift");
     let more = |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
     (all > 0).then(|| {
         format!(
             "{same} of {all} rides as before{}{}{}",
             more(since, "after a change that lasts"),
-            more(shared, "share a change"),
+            more(shared, if is_drift { "follow a drift" } else { "share a change" }),
             more(unclear, "unclear")
         )
     })

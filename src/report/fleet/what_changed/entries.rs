@@ -35,10 +35,11 @@ impl Entry {
         }
     }
 
-    /// The cause of the first way that shows one.
+    /// The cause of the surest change, or that of the coefficients where the comparison of rides knows none.
     fn cause(&self) -> String {
-        let known = self.evidence.iter().find(|e| e.label != UNKNOWN);
-        known.or(self.evidence.first()).map(|e| e.label.clone()).unwrap_or_default()
+        let of_way = |way: Way| self.evidence.iter().find(|e| e.way == way).map(|e| &e.label);
+        let all = || [Way::Rides, Way::Coefficients].into_iter().filter_map(of_way);
+        all().find(|label| *label != UNKNOWN).or(all().next()).cloned().unwrap_or_default()
     }
 
     /// The largest size over its standard error.
