@@ -16,17 +16,17 @@ const NEAR: usize = 2;
 /// Most new changes that have a line each, and most that are no longer reported.
 const LISTED: [usize; 2] = [40, 6];
 
-/// The changes of an output, held against those that it had.
+/// The changes of an output, compared with those that it had.
 #[derive(Debug)]
 pub(crate) struct News<'a> {
-    /// All rows of now, each with whether it was not there before.
+    /// All current rows, each with whether it was not there at the last diagnosis.
     pub rows: Vec<(&'a ChangeRow, bool)>,
     /// Changes that were reported before and are no longer, nor any other of the same rides.
     pub gone: Vec<&'a ChangeRow>,
 }
 
 impl<'a> News<'a> {
-    /// Of the rows of now and before, each in order of motorcycle and time.
+    /// Of the current rows and the earlier ones, each in order of motorcycle and time.
     pub(crate) fn new(now: &'a [ChangeRow], before: &'a [ChangeRow]) -> Self {
         let starts = Starts::of(now);
         let is_new = |row: &ChangeRow| !before.iter().any(|b| starts.is_same(row, b));

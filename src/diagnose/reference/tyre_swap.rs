@@ -66,7 +66,7 @@ pub(crate) fn explained(history: &History, mut changes: Vec<Change>) -> Vec<Chan
     for rides in sets {
         let own: Vec<&Change> = changes.iter().filter(|c| c.rides == rides).collect();
         let Some(swap) = Swap::of(history, &own) else { continue };
-        // what is left of a large step can begin a ride or two beside it
+        // the remainder of a large step can begin a ride or two beside it
         let is_part = |c: &Change| is_near(&c.rides, &rides) && swap.includes(history, c);
         let Some(at) = changes.iter().position(is_part) else { continue };
         let (parts, mut others): (Vec<Change>, Vec<Change>) =
