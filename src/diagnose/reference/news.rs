@@ -29,7 +29,12 @@ impl<'a> News<'a> {
     /// Of the current rows and the earlier ones, each in order of motorcycle and time.
     pub(crate) fn new(now: &'a [ChangeRow], before: &'a [ChangeRow]) -> Self {
         let starts = Starts::of(now);
-        let is_new = |row: &ChangeRow| !before.iter().any(|b| starts.is_same(row, b));
+        let [own_now, own_before] = [now, before].map(by_bike);
+        let of = |rows: &BTreeMap<&str, Vec<&'a ChangeRow>>, row: &ChangeRow| {
+            rows.get(row.ident.bike_id.as_str()).cloned().unwrap_or_default()
+        };
+        let is_new =
+            |row: &ChangeRow| !of(&own_before, row).into_iter().any(|b| starts.is_same(row, b));
         let rows: Vec<(&ChangeRow, bool)> = now.iter().map(|row| (row, is_new(row))).collect();
         // the last day's step is a day's once there are later rides
         let is_again = |row: &ChangeRow, b: &ChangeRow| {
@@ -37,7 +42,8 @@ impl<'a> News<'a> {
                 || row.ident.key() == b.ident.key() && row.cause == b.cause
         };
         let is_gone = |b: &&ChangeRow| {
-            is_change(b) && !now.iter().any(|row| is_change(row) && is_again(row, b))
+            let own = || of(&own_now, b).into_iter();
+            is_change(b) && !own().any(|row| is_change(row) && is_again(row, b))
         };
         News { rows, gone: before.iter().filter(is_gone).collect() }
     }
@@ -128,6 +134,15 @@ impl<'a> News<'a> {
             format!("{all} diagnosed: {}\n", parts.join(", "))
         }
     }
+}
+
+/// The rows of each motorcycle.
+fn by_bike(rows: &[ChangeRow]) -> BTreeMap<&str, Vec<&ChangeRow>> {
+    let mut bikes: BTreeMap<&str, Vec<&ChangeRow>> = BTreeMap::new();
+    for row in rows {
+        bikes.entry(row.ident.bike_id.as_str()).or_default().push(row);
+    }
+    bikes
 }
 
 /// What a sentence says that differs.
