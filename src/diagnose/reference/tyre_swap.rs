@@ -28,8 +28,6 @@ const NEAR: usize = 2;
 const MOVED: f64 = 0.001;
 /// Size over its error, as a share of that of the tyre's surest number, below which another number moved along with it.
 const ALONG: f64 = 0.15;
-/// The same of an effect that has the same trace as a tyre's number.
-const SHADOW: f64 = 0.5;
 /// Most numbers that are listed of a change.
 const LISTED: usize = 5;
 /// Numbers of one tyre, without its end.
@@ -175,8 +173,8 @@ impl Swap {
         axle_of(name).is_some_and(|axle| self.affected.includes(axle))
     }
 
-    /// Whether a change of these rides is of the changed tyre: its number, what describes a tyre, or what has the trace of
-    /// its numbers and is less clear.
+    /// Whether a change of these rides is of the changed tyre: its number, what describes a tyre, or what moves the same numbers
+    /// and is less clear than the tyre's surest: a rider who leans moves the crown, but no radius.
     fn includes(&self, history: &History, change: &Change) -> bool {
         let number = &history.numbers[change.cause];
         let Some(effect) = number.effect else {
@@ -186,8 +184,7 @@ impl Swap {
             |effect: &Effect| effect.tyres.iter().any(|axle| self.affected.includes(*axle));
         let is_alike = |name: &&'static str| self.is_own(name) || CROWN.contains(name);
         is_its(effect)
-            || effect.confounded_with.iter().any(is_alike)
-                && change.t.abs() < SHADOW * self.clearest
+            || effect.confounded_with.iter().any(is_alike) && change.t.abs() < self.clearest
     }
 }
 
