@@ -60,6 +60,8 @@ quantities! {
     UnitBehind,
     /// How far the velocity's place is ahead of its stated one, m.
     VelocityAhead,
+    /// How far the velocity's place is above its stated one, m.
+    VelocityAbove,
     /// Radius of the front crown, m.
     FrontCrown,
     /// Radius of the rear crown, m.
@@ -375,11 +377,12 @@ impl InverseDynamics<'_> {
         let at = place.map(|r| cross(omega, r)[1] - s * sinking);
         let aside = [at[0] + turning * fork[1], at[1]];
         // the velocity's place
-        let (ahead, above) = (bike.velocity_sensor_x, bike.velocity_sensor_z);
+        let ahead = bike.velocity_sensor_x + q[Q::VelocityAhead];
+        let above = bike.velocity_sensor_z + q[Q::VelocityAbove];
         let speed = c.speed[i] - above * (omega[1] * co + omega[2] * s);
         let forward = place.map(|r| speed - omega[2] * r[1]);
         let drift = c.drift[0][i] + q[Q::Latency] * c.drift[1][i]
-            - (ahead + q[Q::VelocityAhead]) * omega[2]
+            - ahead * omega[2]
             + above * co * omega[0];
 
         // how the front wheel stands

@@ -57,6 +57,8 @@ const UNIT_PITCH: [f64; 2] = [0.008, 0.03];
 const SENSOR_DELAY: f64 = 0.003;
 /// Standard deviations of the accelerometer's place, behind and above the centre of mass, m.
 const UNIT_PLACE: [f64; 2] = [0.01, 0.03];
+/// Standard deviation of the height of the velocity's place, over its stated one or the centre of mass, m.
+const VELOCITY_ABOVE: f64 = 0.02;
 /// Least standard deviation of a place that was measured, m.
 const MEASURED_PLACE: f64 = 0.005;
 /// Least standard deviation of spin and yaw inertia, a share: engines and gears turn as well.
@@ -150,6 +152,7 @@ fn known(
         Quantity::UnitAbove => shared("unit_above", place_sd(bike, UNIT_ABOVE, UNIT_PLACE[1])),
         Quantity::UnitBehind => shared("unit_behind", place_sd(bike, UNIT_AHEAD, UNIT_PLACE[0])),
         Quantity::VelocityAhead => shared("velocity_ahead", 0.005),
+        Quantity::VelocityAbove => shared("velocity_above", VELOCITY_ABOVE),
         Quantity::FrontCrown => shared("front_crown", 0.1 * start[quantity]),
         Quantity::RearCrown => shared("rear_crown", 0.1 * start[quantity]),
         Quantity::SteerGain => shared("steer_gain", 0.002),
