@@ -12,6 +12,7 @@ pub(crate) mod clustered_fit;
 pub(crate) mod discovery;
 pub(crate) mod interval;
 pub(crate) mod loss;
+pub(crate) mod moderated;
 pub(crate) mod nonlinear;
 pub(crate) mod number_format;
 pub(crate) mod order;

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use super::learnt::learn;
 use super::numbers::{History, Ride};
 use super::search::{Change, Evidence, search_of};
 use super::sets::{Kind, OTHERS, Rides};
@@ -36,35 +37,45 @@ pub(crate) fn against(
         let side = usize::from(!is_reference(&ride.ident));
         bikes.entry(ride.ident.bike_id.clone()).or_default()[side].push(ride);
     }
-    bikes.retain(|_, [reference, others]| !reference.is_empty() && !others.is_empty());
-    let few = bikes.iter().filter(|(_, [reference, _])| reference.len() < OTHERS);
-    let few: Vec<String> = few.map(|(bike, [r, _])| format!("{bike} has {}", r.len())).collect();
-    if !few.is_empty() && few.len() == bikes.len() {
+    let is_compared = |[reference, others]: &[usize; 2]| *reference > 0 && *others > 0;
+    let sizes = bikes.into_iter().map(|(bike_id, sides)| {
+        let rides = [sides[0].len(), sides[1].len()];
+        ((bike_id, rides), History::of(&sides.concat()))
+    });
+    let (of_bikes, mut histories): (Vec<(String, [usize; 2])>, Vec<History>) = sizes.unzip();
+    let compared = || of_bikes.iter().filter(|(_, rides)| is_compared(rides));
+    let few: Vec<String> = compared()
+        .filter(|(_, [reference, _])| *reference < OTHERS)
+        .map(|(bike, [reference, _])| format!("{bike} has {reference}"))
+        .collect();
+    if !few.is_empty() && few.len() == compared().count() {
         return Err(format!(
             "of these rides {}; how much a motorcycle's rides scatter is seen in {OTHERS} at least",
             few.join(", ")
         ));
     }
-    Ok(bikes.into_iter().map(|(bike_id, sides)| of_motorcycle(bike_id, sides)).collect())
+    // motorcycles that are not compared teach the scatter, too
+    learn(&mut histories);
+    let all = of_bikes.into_iter().zip(histories);
+    let all = all.filter(|((_, rides), _)| is_compared(rides));
+    Ok(all.map(|((bike_id, rides), history)| of_motorcycle(bike_id, rides, &history)).collect())
 }
 
-fn of_motorcycle(bike_id: String, sides: [Vec<Ride>; 2]) -> Against {
-    let rides = [sides[0].len(), sides[1].len()];
+fn of_motorcycle(bike_id: String, rides: [usize; 2], history: &History) -> Against {
     if rides[0] < OTHERS {
         let largest = format!("too few rides of the reference: {OTHERS} are the least");
         return Against { bike_id, rides, changes: Vec::new(), largest };
     }
-    let history = History::of(&sides.concat());
     let others = Rides::from(Kind::Chosen, rides[0], history.len());
-    let found = search_of(&history, std::slice::from_ref(&others)).changes;
-    let found = tyre_swap::explained(&history, found);
+    let found = search_of(history, std::slice::from_ref(&others)).changes;
+    let found = tyre_swap::explained(history, found);
     let row = |change: &Change| ChangeRow {
         // one question: chance needs no further discount
-        ..changed(&history, change, change.chance)
+        ..changed(history, change, change.chance)
     };
     let changes: Vec<ChangeRow> = found.iter().map(row).collect();
     let largest = match changes.is_empty() {
-        true => Evidence::new(&history, &others).largest(),
+        true => Evidence::new(history, &others).largest(),
         false => None,
     };
     let largest = largest.map(|(moved, chance)| {

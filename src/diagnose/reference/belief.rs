@@ -1,6 +1,10 @@
 //! Prior of the scatter of numbers between fault-free rides of one motorcycle.
+//!
+//! It is stated here for a motorcycle alone; [`learnt`](super::learnt) puts it right by other motorcycles.
 
-use super::numbers::Number;
+use super::numbers::{History, Number};
+use crate::statistics::moderated::{BELIEF, Scatter};
+use crate::statistics::order::median_of_finite;
 
 /// A number's scatter between rides.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,6 +13,8 @@ pub(crate) struct Belief {
     pub ratio: f64,
     /// Natural scatter in addition, in the number's unit.
     pub natural: f64,
+    /// Degrees of freedom of this.
+    pub freedom: f64,
 }
 
 /// Scatter over the usual standard error, of effects and of nominal parameters. It is 0.1 to 2.6 and 0.1 to 2 on 44 rides:
@@ -36,8 +42,28 @@ const NATURAL_SHARE: &[(&str, f64)] = &[
 ];
 
 impl Belief {
+    /// What is believed of a number of a motorcycle.
+    pub(crate) fn of(history: &History, number: usize) -> Self {
+        Self::stated(history, number).learnt(history.scatter[number])
+    }
+
+    /// The same before other motorcycles are seen.
+    pub(crate) fn stated(history: &History, number: usize) -> Self {
+        let usual = median_of_finite(&history.values[number]).unwrap_or(0.0);
+        Self::of_number(&history.numbers[number], usual)
+    }
+
+    /// With what other motorcycles teach.
+    pub(crate) fn learnt(self, scatter: Scatter) -> Self {
+        Belief {
+            ratio: self.ratio * scatter.factor,
+            natural: self.natural * scatter.factor,
+            freedom: scatter.freedom,
+        }
+    }
+
     /// Prior of a number with a usual value.
-    pub(crate) fn of(number: &Number, usual: f64) -> Self {
+    fn of_number(number: &Number, usual: f64) -> Self {
         let of = |list: &[(&str, f64)]| {
             list.iter().find(|(name, _)| *name == number.name).map(|(_, value)| *value)
         };
@@ -45,6 +71,7 @@ impl Belief {
         Belief {
             ratio: of(WIDE_SCATTER).unwrap_or(plain),
             natural: of(NATURAL_SHARE).map_or(0.0, |share| (share * usual).abs()),
+            freedom: BELIEF,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The difference of one number between some rides of a motorcycle and its others.
 //!
 //! ```text
-//! x_i = m + d share_i + scatter s + the excess of ride i's own error over the usual one
+//! x_i = m + d share_i + scatter s + the excess of ride i's own error over the usual one, and of what other effects,
+//!       that vary from ride to ride, move it by
 //! s^2 = (nu0 s0^2 + sum of clipped squared residuals) / (nu0 + n - 2)        moderated variance (Smyth 2004)
 //! t   = d / error       Student's t with nu0 + n - 2 degrees of freedom
 //! ```
@@ -16,14 +17,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::belief::Belief;
 use super::sets::{DRIFT, Kind, OTHERS, Rides};
+use crate::statistics::moderated::{CLIP, CLIPPED};
 use crate::statistics::order::{median_of_finite, median_or_zero};
 
-/// Degrees of freedom of what is believed of the scatter before any ride is compared.
-const BELIEF: f64 = 4.0;
-/// Standard deviations from which on a ride weighs less.
-const CLIP: f64 = 1.5;
-/// Mean of a clipped squared standard normal variable.
-const CLIPPED: f64 = 0.778_46;
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
 
@@ -63,14 +59,19 @@ impl Difference {
     }
 }
 
-/// The difference of a number with its standard errors by ride; `None` where too few rides know it. Values that are not
-/// numbers are passed over. Of a drift the difference is that of the last ride from the first.
-pub(crate) fn difference(
-    values: &[f64],
-    errors: &[f64],
-    rides: &Rides,
-    belief: Belief,
-) -> Option<Difference> {
+/// What the rides of a motorcycle say of a number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column<'a> {
+    /// By ride; those that are not numbers are passed over.
+    pub values: &'a [f64],
+    pub errors: &'a [f64],
+    /// Variance by ride by which other effects move it, that vary from ride to ride.
+    pub moved: &'a [f64],
+}
+
+/// The difference of a number; `None` where too few rides know it. Of a drift it is that of the last ride from the first.
+pub(crate) fn difference(column: Column<'_>, rides: &Rides, belief: Belief) -> Option<Difference> {
+    let Column { values, errors, moved } = column;
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let share = |i: &usize| rides.share(*i);
     let (others, within): (Vec<usize>, Vec<usize>) = known.iter().partition(|i| share(i) == 0.0);
@@ -87,9 +88,13 @@ pub(crate) fn difference(
         median_of_finite(&values).unwrap_or(f64::NAN)
     };
     let usual = of(errors, &known);
-    let excess = |i: usize| belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0);
+    let usually_moved = of(moved, &known);
+    let excess = |i: usize| {
+        belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0)
+            + (moved[i] - usually_moved).max(0.0)
+    };
     let believed = (belief.ratio * usual).powi(2) + belief.natural.powi(2);
-    let freedom = BELIEF + known.len() as f64 - 2.0;
+    let freedom = belief.freedom + known.len() as f64 - 2.0;
     let mut variance = believed;
     // value of a ride: start + share * size
     let (mut start, mut size) = match is_drift {
@@ -105,7 +110,7 @@ pub(crate) fn difference(
         let line = Line::through(known.iter().map(|i| (weight(i), share(i), values[*i])));
         (start, size) = (line.start(), line.size());
         let squares: f64 = known.iter().map(|i| z(i, start, size).powi(2).min(CLIP * CLIP)).sum();
-        variance = (BELIEF * believed + variance * squares / CLIPPED) / freedom;
+        variance = (belief.freedom * believed + variance * squares / CLIPPED) / freedom;
     }
     let plain = known.iter().map(|i| ((variance + excess(*i)).recip(), share(i), values[*i]));
     let by_day = rides.by_day * belief.natural.powi(2);

@@ -3,7 +3,9 @@
 //! ```text
 //! numbers      all that each ride says: parameters of the nominal model, sizes of effects, traces
 //! belief       how much a number scatters between fault-free rides
+//! learnt       the same put right by the other motorcycles
 //! difference   one number of some rides against the others
+//! sums         all numbers of some rides, and the sums of them that show an effect
 //! explain      the cause that explains the differences of all numbers
 //! sets         rides that may differ: one, since a date, at a site, with a rider, on a tyre, in a night, a drift
 //! search       over the sets
@@ -21,10 +23,14 @@ pub(crate) mod against;
 pub(crate) mod belief;
 pub(crate) mod difference;
 pub(crate) mod explain;
+#[cfg(test)]
+mod fleet_tests;
+pub(crate) mod learnt;
 pub(crate) mod news;
 pub(crate) mod numbers;
 pub(crate) mod search;
 pub(crate) mod sets;
+pub(crate) mod sums;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tyre_swap;
@@ -51,12 +57,11 @@ pub fn changes(rides: Vec<Ride>) -> Vec<ChangeRow> {
     for ride in rides {
         bikes.entry(ride.ident.bike_id.clone()).or_default().push(ride);
     }
-    let compared: Vec<(History, SearchResult)> = bikes
-        .into_values()
-        .collect::<Vec<_>>()
+    let mut histories: Vec<History> = bikes.into_values().map(History::new).collect();
+    learnt::learn(&mut histories);
+    let compared: Vec<(History, SearchResult)> = histories
         .into_par_iter()
-        .map(|rides| {
-            let history = History::new(rides);
+        .map(|history| {
             let mut found = match history.len() > OTHERS {
                 true => search(&history),
                 false => SearchResult::default(),

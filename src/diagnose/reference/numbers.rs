@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::simulate::effects::Effect;
+use crate::statistics::moderated::Scatter;
 use crate::store::tables::rows::{Circumstances, EffectTrace, EstimateRow, Ident};
 
 /// A number of table `estimates`.
@@ -42,6 +43,10 @@ pub(crate) struct History {
     pub errors: Vec<Vec<f64>>,
     /// By effect: its name's place in `numbers`, and by ride what a unit of it moves each number by.
     pub traces: Vec<(usize, Vec<Vec<f64>>)>,
+    /// Of each number what other motorcycles teach of its scatter.
+    pub scatter: Vec<Scatter>,
+    /// Likewise of the sum of numbers that shows an effect, at the effect's place.
+    pub scatter_of_sums: Vec<Scatter>,
 }
 
 impl History {
@@ -93,10 +98,26 @@ impl History {
         let traces = effects.map(trace).collect();
         let idents = rides.iter().map(|r| r.ident.clone()).collect();
         let circumstances = rides.iter().map(|r| r.circumstances.clone()).collect();
-        History { rides: idents, circumstances, values, errors, traces, numbers }
+        let scatter = vec![Scatter::default(); numbers.len()];
+        let scatter_of_sums = scatter.clone();
+        History {
+            rides: idents,
+            circumstances,
+            numbers,
+            values,
+            errors,
+            traces,
+            scatter,
+            scatter_of_sums,
+        }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.rides.len()
+    }
+
+    /// The date of a ride.
+    pub(crate) fn day(&self, ride: usize) -> Option<&str> {
+        self.rides[ride].start_time.as_deref().and_then(|t| t.get(..10))
     }
 }

@@ -6,12 +6,12 @@
 
 use rayon::prelude::*;
 
-use super::belief::Belief;
-use super::difference::{Difference, difference};
-use super::explain::{Candidate, candidates, trace};
+use super::difference::Difference;
+use super::explain::{Candidate, candidates};
 use super::numbers::History;
 use super::sets::{Kind, Rides};
 use crate::contract::fleet_event::Affected;
+use super::sums::{self, Sums};
 use crate::statistics::order::median_of_finite;
 
 /// Chance that a motorcycle of which nothing changed is said to have changed, per search.
@@ -129,21 +129,11 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     pub(crate) fn new(history: &History, rides: &Rides) -> Self {
-        let of = |p: usize| {
-            let (values, errors) = (&history.values[p], &history.errors[p]);
-            let belief = Belief::of(&history.numbers[p], middle(values));
-            difference(values, errors, rides, belief)
-        };
-        let numbers: Vec<Option<Difference>> = (0..history.numbers.len()).map(of).collect();
-        let middle: Vec<f64> = history.values.iter().map(|v| middle(v)).collect();
-        let effects = history.traces.iter().map(|(effect, _)| *effect);
-        let sums = effects.filter_map(|effect| {
-            let trace = trace(history, effect, rides);
-            let sum = sum(history, rides, &numbers, &trace, &middle)?;
-            let least = numbers[effect].map_or(0.0, |own| own_variation(history, effect, own));
-            Some((effect, Difference { error: sum.error.max(least), ..sum }))
-        });
-        Evidence { sums: sums.collect(), numbers }
+        let numbers = sums::numbers(history, rides);
+        let of_effects = Sums::new(history, &numbers);
+        let of = |effect: usize| Some((effect, of_effects.difference(effect, rides)?));
+        let sums = history.traces.iter().filter_map(|(effect, _)| of(*effect)).collect();
+        Evidence { sums, numbers }
     }
 
     /// Every number and sum, in the order of their chance.
@@ -163,61 +153,16 @@ impl Evidence {
         all.into_iter().next().map(|(moved, chance)| (moved, (chance * count).min(1.0)))
     }
 
-    /// How well the size of a cause is known.
+    /// How well the size of a cause is known: by all numbers or by its own, what is clearer.
     fn of_cause(&self, cause: usize) -> Option<Difference> {
-        let sum = self.sums.iter().find(|(effect, _)| *effect == cause);
-        sum.map(|(_, d)| *d).or(self.numbers[cause])
+        let sum = self.sums.iter().find(|(effect, _)| *effect == cause).map(|(_, d)| *d);
+        let by_chance = |a: &Difference, b: &Difference| a.chance().total_cmp(&b.chance());
+        sum.into_iter().chain(self.numbers[cause]).min_by(by_chance)
     }
 }
 
 fn middle(values: &[f64]) -> f64 {
     median_of_finite(values).unwrap_or(0.0)
-}
-
-/// Standard error of an effect's difference from its own variation alone: what its own number scatters by beyond noise.
-///
-/// Traces differ from ride to ride. A sum with the traces of some rides does not show in the others how much the effect
-/// itself varies, as a steering zero does that is another one in each ride. So it cannot be surer than this.
-fn own_variation(history: &History, effect: usize, own: Difference) -> f64 {
-    let belief = Belief::of(&history.numbers[effect], middle(&history.values[effect]));
-    let noise = belief.ratio * median_of_finite(&history.errors[effect]).unwrap_or(0.0);
-    let varies = (own.scatter.powi(2) - noise.powi(2)).max(0.0).sqrt();
-    own.error * varies / own.scatter
-}
-
-/// The difference of the sum of numbers that shows an effect best if they scatter independently; that they do not is in
-/// the scatter of the sum itself, from ride to ride.
-fn sum(
-    history: &History,
-    rides: &Rides,
-    numbers: &[Option<Difference>],
-    trace: &[f64],
-    middle: &[f64],
-) -> Option<Difference> {
-    let of = |(d, t): (&Option<Difference>, &f64)| d.map_or(0.0, |d| t / d.scatter.powi(2));
-    let weight: Vec<f64> = numbers.iter().zip(trace).map(of).collect();
-    let information: f64 = weight.iter().zip(trace).map(|(w, t)| w * t).sum();
-    if !(information > 0.0 && information.is_finite()) {
-        return None;
-    }
-    let of_ride = |i: usize| {
-        let known = |p: &usize| weight[*p] != 0.0 && history.values[*p][i].is_finite();
-        let [top, noise, bottom] =
-            (0..weight.len()).filter(known).fold([0.0; 3], |[top, noise, bottom], p| {
-                let moved = history.values[p][i] - middle[p];
-                let own = (weight[p] * history.errors[p][i]).powi(2);
-                [top + weight[p] * moved, noise + own, bottom + weight[p] * trace[p]]
-            });
-        // a ride that knows little of it says nothing
-        match bottom > 0.5 * information {
-            true => (top / bottom, noise.sqrt() / bottom),
-            false => (f64::NAN, f64::NAN),
-        }
-    };
-    let (values, errors): (Vec<f64>, Vec<f64>) = (0..history.len()).map(of_ride).unzip();
-    let usual = median_of_finite(&errors)?;
-    let belief = Belief { ratio: information.sqrt().recip() / usual, natural: 0.0 };
-    difference(&values, &errors, rides, belief)
 }
 
 /// Of the sets of rides whose difference is beyond chance, the change that explains most.
@@ -389,6 +334,14 @@ fn clearness(
 fn take_out(history: &mut History, change: &Change) {
     let inside: Vec<usize> = (0..history.len()).filter(|i| change.rides.has(*i)).collect();
     let traces = history.traces.iter().find(|(number, _)| *number == change.cause).cloned();
+    let of_number = |by_ride: &[Vec<f64>], p: usize| {
+        let own: Vec<f64> = by_ride.iter().map(|of_ride| of_ride[p]).collect();
+        middle(&own)
+    };
+    let usual: Vec<f64> = match &traces {
+        Some((_, by_ride)) => (0..history.numbers.len()).map(|p| of_number(by_ride, p)).collect(),
+        None => Vec::new(),
+    };
     for i in inside {
         let share = change.rides.share(i);
         match &traces {
@@ -396,11 +349,29 @@ fn take_out(history: &mut History, change: &Change) {
                 for (p, t) in by_ride[i].iter().enumerate() {
                     let moved = change.size * share * t;
                     history.values[p][i] -= moved;
-                    // its remainder is known as well as its size is
-                    history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved);
+                    // its remainder is known as well as its size is, and as the trace, which is that of the ride's own
+                    // optimum and has another sign at another one
+                    let unsure = change.size * share * (t - usual[p]);
+                    history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved).hypot(unsure);
                 }
             }
             None => history.values[change.cause][i] -= change.size * share,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A steering zero of 10 mrad with t = -10 of its own number, and -4 of the sum: it is a cause.
+    #[test]
+    fn a_cause_is_as_clear_as_its_own_number_where_the_sum_is_not() {
+        let of = |size: f64| Difference { size, error: 1.0, freedom: 12.0, scatter: 1.0 };
+        let evidence = Evidence { numbers: vec![Some(of(-10.0)), None], sums: vec![(0, of(-4.0))] };
+        assert_eq!(evidence.of_cause(0), Some(of(-10.0)));
+        assert_eq!(evidence.of_cause(1), None);
+        let clear_sum = Evidence { sums: vec![(0, of(12.0))], ..evidence };
+        assert_eq!(clear_sum.of_cause(0), Some(of(12.0)));
     }
 }

@@ -93,7 +93,7 @@ impl Common {
             Common::Rider => around.rider_id.as_deref(),
             Common::FrontTyre => around.tyre_front.as_deref(),
             Common::RearTyre => around.tyre_rear.as_deref(),
-            Common::Day => day(history, ride),
+            Common::Day => history.day(ride),
         }
         .filter(|value| !value.is_empty())
     }
@@ -208,7 +208,7 @@ impl Rides {
         }
         if self.kind == Kind::Drift {
             let n = self.shares.len() as f64;
-            let days: BTreeSet<_> = (0..self.shares.len()).map(|i| day(history, i)).collect();
+            let days: BTreeSet<_> = (0..self.shares.len()).map(|i| history.day(i)).collect();
             let mean = self.shares.iter().sum::<f64>() / n;
             let spread: f64 = self.shares.iter().map(|s| (s - mean).powi(2)).sum();
             return (n / days.len() as f64 - 1.0) / spread;
@@ -219,7 +219,7 @@ impl Rides {
             for i in own {
                 rides += 1;
                 // a rider has one posture
-                days.insert(match (self.kind, is_in, day(history, i)) {
+                days.insert(match (self.kind, is_in, history.day(i)) {
                     (Kind::Common(Common::Rider), true, _) => String::new(),
                     (_, _, Some(day)) => day.to_owned(),
                     (_, _, None) => history.rides[i].session_id.clone(),
@@ -229,11 +229,6 @@ impl Rides {
         };
         side(true) + side(false)
     }
-}
-
-/// The date of a ride.
-fn day(history: &History, ride: usize) -> Option<&str> {
-    history.rides[ride].start_time.as_deref().and_then(|t| t.get(..10))
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
@@ -257,7 +252,7 @@ fn add(history: &History, sets: &mut Vec<Rides>, mut rides: Rides, mut words: St
     if let Some(same) = sets.iter_mut().find(is_same) {
         // a last day is a date already
         let is_said = same.kind == Kind::Since && rides.kind == Kind::Common(Common::Day);
-        if same.kind != Kind::One && !(is_said && day(history, same.first()) == day_of(&words)) {
+        if same.kind != Kind::One && !(is_said && history.day(same.first()) == day_of(&words)) {
             same.common.push(words);
         }
         return;

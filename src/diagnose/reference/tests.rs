@@ -25,7 +25,7 @@ fn error(name: &str) -> f64 {
 }
 
 /// A ride in which effects of some sizes are, in standard errors.
-fn ride(seed: u64, k: usize, hidden: &[(&str, f64)]) -> Ride {
+pub(super) fn ride(seed: u64, k: usize, hidden: &[(&str, f64)]) -> Ride {
     let ident = Ident {
         session_id: format!("s{k:02}"),
         bike_id: "a".into(),
@@ -342,7 +342,7 @@ fn chosen_rides_as_the_reference_see_smaller_changes() {
 }
 
 /// Puts what a unit of an effect moves a number by, in standard errors of both.
-fn put_trace(ride: &mut Ride, effect: &str, number: &str, slope: f64) {
+pub(super) fn put_trace(ride: &mut Ride, effect: &str, number: &str, slope: f64) {
     let is_its = |t: &EffectTrace| t.effect == effect && t.parameter == number;
     ride.traces.retain(|t| !is_its(t));
     ride.traces.push(EffectTrace {
@@ -354,7 +354,7 @@ fn put_trace(ride: &mut Ride, effect: &str, number: &str, slope: f64) {
 }
 
 /// Moves a number by so many standard errors.
-fn put(ride: &mut Ride, number: &str, by: f64) {
+pub(super) fn put(ride: &mut Ride, number: &str, by: f64) {
     let own = ride.estimates.iter_mut().find(|r| r.parameter == number);
     own.expect("a number of the ride").value += by * error(number);
 }
