@@ -58,7 +58,7 @@ PLANTED = [
     ("r10", "log of another motorcycle", {12}, {"ride"}, {"*"}, {}),
     ("r11", "bike file: centre of mass 5 cm, wheel inertia half as much again", set(), set(), set(), {}),
     ("r12", "cold tyres, 0.12", {10, 11}, {"day", "ride"}, {"tyre_warm_up"}, {"effects": {"tyre_warm_up": 0.12}}),
-    ("r12", "oil under one front stop, -30 %", {16}, {"outlying"}, {"friction_front"}, {"odd_manoeuvres": [{"kind": "front_braking", "number": 2, "friction": -0.3}]}),
+    ("r12", "oil under one front stop, -30 %", {16}, {"outlying"}, {"front"}, {"odd_manoeuvres": [{"kind": "front_braking", "number": 2, "friction": -0.3}]}),
     ("n03", "wind 2.5 m/s", {7}, {"ride"}, {"wind"}, {"wind": 2.5}),
     ("n03", "slope 0.005 at a site", {k for k in range(RIDES) if site(k) == "north"}, {"site"}, {"road_grade"}, {"grade": 0.005}),
     ("n04", "steering zero 10 mrad", {4}, {"ride"}, {"steer_zero"}, {"zero": ("steer_angle", 0.01)}),
@@ -222,6 +222,11 @@ def score(options):
         if "outlying" in kinds:
             found = [r for r in last["outlying_manoeuvres"] if r["bike_id"] == bike]
             print(f"{bike} {name} | {[(r['session_id'], r['quantity'], r['start'], r['difference']) for r in found]}")
+            # the coefficients of that ride may show it, too
+            for i, r in enumerate(changes):
+                if r["bike_id"] == bike and rides_of(r, bike) == rides and is_right(causes, r):
+                    used.add(i)
+                    print(f"      {r['rides']} {r['session_id']}: {r['sentence']} [rivals {r['rivals']}; fdr {r['false_discovery_rate']:.2g}]")
             continue
         same = lambda r: r["bike_id"] == bike and rides and len(rides_of(r, bike) & rides) >= max(1, len(rides) / 2) and len(rides_of(r, bike) - rides) <= len(rides) / 2
         own = [(i, r) for i, r in enumerate(changes) if same(r)]
@@ -233,7 +238,7 @@ def score(options):
         print(f"{bike} {name} | {verdict} | {late} rides late")
         for _, r in own:
             print(f"      {r['rides']} {r['session_id']}: {r['sentence']} [rivals {r['rivals']}; fdr {r['false_discovery_rate']:.2g}]")
-    print("\nrows of nothing planted, last night:")
+    print(f"\nrows of nothing planted, last night, {len(changes) - len(used)} of {len(changes)}:")
     for i, r in enumerate(changes):
         if i not in used:
             print(f"      {r['bike_id']} {r['rides']} {r['in_common']} {r['session_id']}: {r['sentence']} [fdr {r['false_discovery_rate']:.2g}; {r['moved']}]")

@@ -65,7 +65,8 @@ pub(crate) struct Column<'a> {
     /// By ride; those that are not numbers are passed over.
     pub values: &'a [f64],
     pub errors: &'a [f64],
-    /// Variance by ride by which other effects move it, that vary from ride to ride.
+    /// Variance by ride beyond scatter and errors: by how much more than usual the effects that vary from ride to ride move
+    /// it, and what may be left of a change that was taken out.
     pub moved: &'a [f64],
 }
 
@@ -88,11 +89,8 @@ pub(crate) fn difference(column: Column<'_>, rides: &Rides, belief: Belief) -> O
         median_of_finite(&values).unwrap_or(f64::NAN)
     };
     let usual = of(errors, &known);
-    let usually_moved = of(moved, &known);
-    let excess = |i: usize| {
-        belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0)
-            + (moved[i] - usually_moved).max(0.0)
-    };
+    let excess =
+        |i: usize| belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0) + moved[i];
     let believed = (belief.ratio * usual).powi(2) + belief.natural.powi(2);
     let freedom = belief.freedom + known.len() as f64 - 2.0;
     let mut variance = believed;

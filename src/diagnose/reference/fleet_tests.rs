@@ -33,24 +33,24 @@ fn count(seeds: u64, of: impl Fn(u64) -> Vec<Ride>) -> usize {
     (0..seeds).map(|seed| changes(of(seed)).iter().filter(|r| is_change(r)).count()).sum()
 }
 
-/// A zero that is another one in every ride of every motorcycle, by eight standard errors, where two are stated: none of it
-/// is a change. With what is stated alone it is one in every second fleet.
+/// A zero that is another one in every ride of every motorcycle, by twelve standard errors, where two are stated: none of
+/// it is a change. With what is stated alone 20 fleets have about 14.
 #[test]
 fn what_varies_on_every_motorcycle_is_no_change_of_one() {
     let of = |seed: u64| {
-        fleet(seed, BIKES, |_, _, ride, random| put(ride, "radius_front", 8.0 * random.normal()))
+        fleet(seed, BIKES, |_, _, ride, random| put(ride, "radius_front", 12.0 * random.normal()))
     };
     let false_rows = count(20, of);
     assert!(false_rows <= 4, "{false_rows} in 20 fleets");
 }
 
 /// A radius that no motorcycle's rides scatter in by more than its standard error, where two are stated: of a ride that
-/// differs by eight of them more is seen in a fleet than on a motorcycle alone.
+/// differs by seven of them more is seen in a fleet than on a motorcycle alone.
 #[test]
 fn what_no_motorcycle_varies_in_shows_smaller_changes() {
     let of = |seed: u64, bikes: usize| {
         fleet(seed, bikes, |bike, k, ride, _| {
-            put(ride, "radius_front", if (bike, k) == (0, 5) { 8.0 } else { 0.0 });
+            put(ride, "radius_front", if (bike, k) == (0, 5) { 7.0 } else { 0.0 });
         })
     };
     let is_it = |r: &&ChangeRow| is_change(r) && r.ident.bike_id == "bike 0";
@@ -58,7 +58,7 @@ fn what_no_motorcycle_varies_in_shows_smaller_changes() {
         (0..40).filter(|seed| changes(of(*seed, bikes)).iter().any(|r| is_it(&r))).count()
     };
     let [alone, of_fleet] = [seen(1), seen(BIKES)];
-    assert!(of_fleet >= 20 && of_fleet > 2 * alone, "{of_fleet} in a fleet, {alone} alone");
+    assert!(of_fleet >= 10 && of_fleet > alone + 4, "{of_fleet} in a fleet, {alone} alone");
 }
 
 /// In circles one way, every fourth ride, a zero moves a crown, on a road it does not: rides in circles are no change because
@@ -89,7 +89,7 @@ fn what_a_change_leaves_where_traces_differ_is_no_change() {
             &mut ride,
             "radius_front",
             if k == 9 {
-                60.0
+                120.0
             } else if k > 6 {
                 -12.0
             } else {

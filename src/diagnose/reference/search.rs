@@ -34,7 +34,7 @@ const SHADOW: f64 = 0.15;
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
 /// Share of what a cause moves that may be left when it is taken out.
-const LEFT: f64 = 0.15;
+const LEFT: f64 = 0.2;
 /// Share of a size that is not known, as it is found to first order only.
 const FIRST_ORDER: f64 = 0.06;
 /// Effects of which a usual size is so far from the first order that no interval is given: at 0.03 simulated rides give
@@ -352,7 +352,7 @@ fn take_out(history: &mut History, change: &Change) {
                     // its remainder is known as well as its size is, and as the trace, which is that of the ride's own
                     // optimum and has another sign at another one
                     let unsure = change.size * share * (t - usual[p]);
-                    history.errors[p][i] = history.errors[p][i].hypot(LEFT * moved).hypot(unsure);
+                    history.left[p][i] += (LEFT * moved).powi(2) + unsure.powi(2);
                 }
             }
             None => history.values[change.cause][i] -= change.size * share,

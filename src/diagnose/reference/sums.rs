@@ -43,7 +43,8 @@ fn variation(history: &History) -> Vec<f64> {
     all
 }
 
-/// By number and ride the variance by which the effects that vary move it, each but its own.
+/// By number and ride the variance by which the effects that vary move it more than usual, each but its own, and what may be
+/// left of changes.
 fn moved(history: &History, variation: &[f64]) -> Vec<Vec<f64>> {
     let mut all = vec![vec![0.0; history.len()]; history.numbers.len()];
     for (effect, by_ride) in history.traces.iter().filter(|(effect, _)| variation[*effect] > 0.0) {
@@ -55,7 +56,18 @@ fn moved(history: &History, variation: &[f64]) -> Vec<Vec<f64>> {
             }
         }
     }
+    for (of_number, left) in all.iter_mut().zip(&history.left) {
+        beyond_usual(of_number);
+        of_number.iter_mut().zip(left).for_each(|(v, left)| *v += left);
+    }
     all
+}
+
+/// Leaves of variances what is more than their median, which is in the scatter.
+fn beyond_usual(variances: &mut [f64]) {
+    let usual = median_of_finite(variances).unwrap_or(0.0);
+    // `max` would make 0 of what is not a number
+    variances.iter_mut().filter(|v| v.is_finite()).for_each(|v| *v = (*v - usual).max(0.0));
 }
 
 /// The sums of a motorcycle's numbers.
@@ -119,13 +131,15 @@ impl<'a> Sums<'a> {
             return None;
         }
         let of = |part: &Part| match part.known > LEAST_KNOWN * information {
-            true => [part.value, part.noise, part.moved],
-            false => [f64::NAN; 3],
+            true => [part.value, part.noise, part.moved, part.left],
+            false => [f64::NAN; 4],
         };
-        let columns: Vec<[f64; 3]> = parts.iter().map(of).collect();
+        let columns: Vec<[f64; 4]> = parts.iter().map(of).collect();
         let column = |k: usize| -> Vec<f64> { columns.iter().map(|c| c[k]).collect() };
         let finite = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
-        let (values, errors, moved) = (column(0), column(1), column(2));
+        let (values, errors, mut moved) = (column(0), column(1), column(2));
+        beyond_usual(&mut moved);
+        moved.iter_mut().zip(column(3)).for_each(|(v, left)| *v += left);
         // of too few rides the scatter would be no more than what is believed
         if 2 * finite(&values) < finite(&self.history.values[effect]) {
             return None;
@@ -137,7 +151,7 @@ impl<'a> Sums<'a> {
 
     /// What a ride says of an effect.
     fn part(&self, effect: usize, trace: &[f64], ride: usize) -> Part {
-        let (mut top, mut noise, mut known) = (0.0, 0.0, 0.0);
+        let [mut top, mut noise, mut left, mut known] = [0.0; 4];
         let mut weights: Vec<(usize, f64)> = Vec::new();
         for (p, slope) in trace.iter().enumerate() {
             let value = self.history.values[p][ride];
@@ -147,6 +161,7 @@ impl<'a> Sums<'a> {
             let weight = slope / d.scatter.powi(2);
             top += weight * (value - self.middle[p]);
             noise += (weight * self.history.errors[p][ride]).powi(2);
+            left += weight * weight * self.history.left[p][ride];
             known += weight * slope;
             weights.push((p, weight));
         }
@@ -162,15 +177,18 @@ impl<'a> Sums<'a> {
             value: top / known,
             noise: noise.sqrt() / known,
             moved: by_others / known.powi(2),
+            left: left / known.powi(2),
             known,
         }
     }
 }
 
-/// What one ride says of an effect: size, its standard error, the variance from other effects, and the information.
+/// What one ride says of an effect: size, its standard error, the variances from other effects and from what may be left of
+/// changes, and the information.
 struct Part {
     value: f64,
     noise: f64,
     moved: f64,
+    left: f64,
     known: f64,
 }
