@@ -19,7 +19,7 @@ const MEDIAN: f64 = 0.454_94;
 const ROUNDS: usize = 30;
 /// Degrees of freedom of what is believed of a variance before other groups are seen.
 pub(crate) const BELIEF: f64 = 4.0;
-/// Fewest and most degrees of freedom that groups can give.
+/// Least and most degrees of freedom that groups can give.
 const FREEDOM: [f64; 2] = [1.0, 10.0];
 /// Groups that the spread of [`BELIEF`] counts as.
 const BELIEVED_GROUPS: f64 = 3.0;

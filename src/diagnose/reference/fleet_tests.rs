@@ -90,7 +90,7 @@ fn a_number_that_a_zero_moves_in_some_rides_only_is_no_change_of_them() {
 }
 
 /// A latency since a date moves a radius to first order by -0.2 of it in some rides and by 0.3 in others, as they are fitted
-/// at other optima. What is left where it is taken out is no change of its own.
+/// at other optima. The remainder where it is taken out is no change of its own.
 #[test]
 fn what_a_change_leaves_where_traces_differ_is_no_change() {
     let of = |k: usize| {

@@ -20,8 +20,8 @@ use super::sums::{self, Sums};
 use crate::statistics::moderated::{GroupVariance, Scatter, clipped_variance, learnt};
 use crate::statistics::order::median_of_finite;
 
-/// Fewest differences between days that show a scatter.
-const FEWEST_PAIRS: usize = 3;
+/// Least number of differences between days that show a scatter.
+const LEAST_PAIRS: usize = 3;
 /// Degrees of freedom of a difference, of which two have a ride in common.
 const FREEDOM_OF_PAIR: f64 = 0.5;
 
@@ -98,7 +98,7 @@ fn variance(
         .iter()
         .map(|(i, j)| (values[*j] - values[*i]).powi(2) / (expected(*i) + expected(*j)))
         .collect();
-    if squares.len() < FEWEST_PAIRS {
+    if squares.len() < LEAST_PAIRS {
         return None;
     }
     let freedom = FREEDOM_OF_PAIR * squares.len() as f64;
