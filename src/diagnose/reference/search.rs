@@ -10,8 +10,8 @@ use super::difference::Difference;
 use super::explain::{Candidate, candidates};
 use super::numbers::History;
 use super::sets::{Kind, Rides};
-use crate::contract::fleet_event::Affected;
 use super::sums::{self, Sums};
+use crate::contract::fleet_event::Affected;
 use crate::statistics::order::median_of_finite;
 
 /// Chance that a motorcycle of which nothing changed is said to have changed, per search.

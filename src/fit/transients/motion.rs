@@ -381,8 +381,7 @@ impl InverseDynamics<'_> {
         let above = bike.velocity_sensor_z + q[Q::VelocityAbove];
         let speed = c.speed[i] - above * (omega[1] * co + omega[2] * s);
         let forward = place.map(|r| speed - omega[2] * r[1]);
-        let drift = c.drift[0][i] + q[Q::Latency] * c.drift[1][i]
-            - ahead * omega[2]
+        let drift = c.drift[0][i] + q[Q::Latency] * c.drift[1][i] - ahead * omega[2]
             + above * co * omega[0];
 
         // how the front wheel stands
