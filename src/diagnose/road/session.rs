@@ -18,7 +18,7 @@ use super::samples::{BLOCK, RATE, Samples};
 use super::scan::{Score, scan};
 use super::simulation_errors::simulation_errors;
 use super::stage::{DiagnosisCache, Ride};
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::rejection::{RejectionCode, Stage};
 use crate::contract::session::Session;
@@ -28,6 +28,7 @@ use crate::diagnose::engine::identify_causes;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::RoadTuning;
+use crate::fit::transients::join::join;
 use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{self, Characterised, Pipeline, Rejection, characterise_once};
 use crate::simulate::effects::extended_model::ExtendedModel;
@@ -138,6 +139,9 @@ pub struct Fitted<'a> {
     /// The samples in use.
     pub samples: Samples,
     pub base: Base,
+    /// The nominal model with the side force ratios that the ride's changes of lean give, in place of the bike file's.
+    /// Comparisons of rides use [`base`](Fitted::base): a ratio of each ride's own would scatter from ride to ride.
+    pub leaning: Option<Base>,
     /// Latency of the velocity that characterising the ride finds and corrects, s; nil where it finds none. The base
     /// does not know of it.
     pub latency: f64,
@@ -182,7 +186,28 @@ pub fn fitted<'a>(
     }
     let base = base::fit(&samples, &Parameters::new(bike, solution));
     let latency = ridden.latency;
-    Ok(Fitted { session, ridden, samples, base, latency })
+    Ok(Fitted { session, ridden, samples, base, leaning: None, latency })
+}
+
+impl Fitted<'_> {
+    /// With the side force ratios of the ride's changes of lean, where it has enough of them.
+    #[must_use]
+    pub fn with_changing_lean(mut self, bike: &Bike, pipeline: &Pipeline) -> Self {
+        if !pipeline.transients.enabled {
+            return self;
+        }
+        let Some(fit) = self.ridden.transients(&pipeline.transients) else { return self };
+        let mut solution = self.ridden.solution.clone();
+        if join(&mut solution, &fit.fitted) {
+            let ratio = |bike: Bike, axle: Axle| {
+                let ratio = solution.inputs.bike.wheel(axle).side_force_ratio;
+                bike.with(&format!("{}.side_force_ratio", axle.name()), ratio)
+            };
+            let bike = Axle::BOTH.into_iter().fold(bike.clone(), ratio);
+            self.leaning = Some(base::fit(&self.samples, &Parameters::new(&bike, &solution)));
+        }
+        self
+    }
 }
 
 /// A fitted session with its fault-free simulations: all that the identification needs but its constants.
@@ -199,10 +224,10 @@ pub struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     /// Simulates the session and scores the candidates on its fault-free simulations.
     pub fn new(fitted: &'a Fitted<'a>, settings: &'a Settings) -> Self {
-        let Fitted { session, ridden, samples, base, .. } = fitted;
+        let Fitted { session, ridden, samples, base, leaning, .. } = fitted;
         let segments = &ridden.segments;
         let effects = &settings.effects;
-        let start = base.clone().starting_point(samples, effects);
+        let start = leaning.as_ref().unwrap_or(base).clone().starting_point(samples, effects);
         let seed = seed(&session.meta.session_id);
         let simulation = NullSimulation::new(session, segments, &start.noise, seed)
             .with_parameters(&start.near.values);
@@ -252,7 +277,7 @@ pub fn diagnose(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<RoadDiagnosis, Rejection> {
-    let fitted = fitted(session, bike, pipeline)?;
+    let fitted = fitted(session, bike, pipeline)?.with_changing_lean(bike, pipeline);
     let prepared = Prepared::new(&fitted, settings);
     let tuning = RoadTuning::default();
     let engine = prepared.engine(&tuning);
@@ -297,7 +322,13 @@ pub fn diagnose(
     let circumstances = Circumstances::from(&session.meta);
     let Prepared { start, calibration, .. } = prepared;
     let identified = identification.named().map(|cause| (cause.candidate.name, cause.value()));
-    let nominal = Nominal::beside(&start.base, &identification.extended, identified, ALL);
+    let nominal = match &fitted.leaning {
+        Some(_) => {
+            let start = fitted.base.clone().starting_point(samples, ALL);
+            Nominal::alone(&start.base)
+        }
+        None => Nominal::beside(&start.base, &identification.extended, identified, ALL),
+    };
     let (estimates, effect_traces) = estimates::estimates(samples, &nominal, ALL, &ident);
     Ok(RoadDiagnosis {
         ident,
