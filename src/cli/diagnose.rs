@@ -1,5 +1,6 @@
 //! `roadbench diagnose`.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -8,8 +9,9 @@ use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::batch::error::Error;
-use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, against, finish, standing};
+use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, against, finish};
 use crate::batch::store::folder::Store;
+use crate::batch::store::printed_changes;
 use crate::batch::workers::in_order::InOrder;
 use crate::batch::workers::scheduler as engine;
 use crate::batch::workers::scheduler::Accounts;
@@ -28,6 +30,7 @@ use crate::diagnose::{Settings, summary};
 use crate::report::diagnosis::answer;
 use crate::report::terminal;
 use crate::statistics::number_format::count;
+use crate::store::objects::Location;
 use crate::store::tables::rows::{CauseRow, ChangeRow, Ident};
 
 /// Find out why the model and a ride disagree
@@ -107,17 +110,28 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     }
     if !store.is_behind() {
         log();
-        match format {
-            Format::None => {}
-            Format::Words => print_unchanged(&accounts, out),
-            Format::Json => {
-                let rows = standing(&store)?;
-                print_rows(&News::new(&rows, &rows), &accounts);
-            }
+        if format == Format::Words {
+            print_unchanged(&accounts, out);
         }
-        if let Some(text) = &arguments.against {
-            print_against(&store, text, format)?;
+        // what was new when an earlier command ended before it printed it
+        let kept = printed_changes::kept(out);
+        let rows = match format == Format::Json || kept.is_some() {
+            true => printed_changes::standing(out),
+            false => None,
+        };
+        let is_known = rows.is_some();
+        let rows = rows.unwrap_or_default();
+        if format == Format::Words && is_known {
+            let earlier = kept.as_deref().filter(|rows| !rows.is_empty());
+            print_news(&rows, earlier, &BTreeSet::new(), out);
         }
+        let earlier = kept.as_deref().filter(|_| is_known).unwrap_or(&rows);
+        let compared =
+            print_last(&arguments, &store, format, &News::new(&rows, earlier), &accounts);
+        if kept.is_some() && is_known {
+            printed_changes::clear(out)?;
+        }
+        compared?;
         return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
     let over_all = finish(&store)?;
@@ -127,43 +141,72 @@ pub(crate) fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure>
     } else {
         over_all.causes.iter().for_each(|row| print(&format.pooled(row)));
     }
-    let news = News::new(&over_all.changes, over_all.earlier.as_deref().unwrap_or_default());
-    match format {
-        Format::None => {}
-        Format::Json => print_rows(&news, &accounts),
-        Format::Words => {
-            let text = match over_all.earlier.is_some() && !say::is_verbose() {
-                true => {
-                    let keys = rides.iter().map(Ident::key).collect();
-                    let list = match out.as_path() {
-                        Some(folder) => format!("`roadbench show {}`", folder.display()),
-                        None => "the report".to_owned(),
-                    };
-                    news.text(&keys, &list)
-                }
-                // the first time all of it is new
-                false => changes::of_motorcycles(&over_all.changes),
-            };
-            print(&terminal::wrapped(&text, say::line_width()));
-        }
+    let (now, earlier) = (&over_all.changes, over_all.earlier.as_deref());
+    if format == Format::Words {
+        print_news(now, earlier, &rides.iter().map(Ident::key).collect(), out);
     }
     log();
     if format == Format::Words {
         print(&format!("Report: {}\n", out.join("report/index.html")));
     }
-    // last: what is wrong with it costs nothing of the above
-    if let Some(text) = &arguments.against {
-        print_against(&store, text, format)?;
-    }
+    let news = News::new(now, earlier.unwrap_or_default());
+    let compared = print_last(&arguments, &store, format, &news, &accounts);
+    printed_changes::clear(out)?;
+    compared?;
     damaged(&accounts)?;
     rejected(&accounts)
 }
 
-/// The rows of `changes` as JSON, each with whether it is new, and a last line with the counts, which is there on every night.
-fn print_rows(news: &News<'_>, accounts: &Accounts) {
-    for (row, is_new) in &news.rows {
-        print(&json::line("changes", &NewsRow { new: *is_new, row }));
+/// What is new since the rows that were last printed; without any, or for `-v`, all current rows.
+fn print_news(
+    now: &[ChangeRow],
+    earlier: Option<&[ChangeRow]>,
+    diagnosed: &BTreeSet<(&str, &str)>,
+    out: &Location,
+) {
+    let text = match earlier.filter(|_| !say::is_verbose()) {
+        Some(earlier) => {
+            let list = match out.as_path() {
+                Some(folder) => format!("`roadbench show {}`", folder.display()),
+                None => "the report".to_owned(),
+            };
+            News::new(now, earlier).text(diagnosed, &list)
+        }
+        // the first time all of it is new
+        None => changes::of_motorcycles(now),
+    };
+    print(&terminal::wrapped(&text, say::line_width()));
+}
+
+/// The end of what is printed: the rows of `changes` as JSON, the comparison with chosen rides, and the summary, which is the
+/// last line of JSON even if the comparison fails.
+///
+/// # Errors
+/// Those of the comparison.
+fn print_last(
+    arguments: &Arguments,
+    store: &Store,
+    format: Format,
+    news: &News<'_>,
+    accounts: &Accounts,
+) -> Result<(), Failure> {
+    if format == Format::Json {
+        for (row, is_new) in &news.rows {
+            print(&json::line("changes", &NewsRow { new: *is_new, row }));
+        }
     }
+    let compared = match &arguments.against {
+        Some(text) => print_against(store, text, format),
+        None => Ok(()),
+    };
+    if format == Format::Json {
+        print_summary(news, accounts);
+    }
+    compared
+}
+
+/// The counts as JSON.
+fn print_summary(news: &News<'_>, accounts: &Accounts) {
     print(&json::line(
         "summary",
         &Summary {

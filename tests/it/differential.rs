@@ -112,6 +112,7 @@ fn the_ride_that_differs_has_its_cause() {
     // one wording and one number in the terminal, the table and on the page
     let on_one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(on_one_line.contains(&row.sentence), "{text}");
+    news_outlasts_a_kill(&archive, [&json, &out]);
     let again = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"))
         .arg("diagnose")
         .arg(&archive)
@@ -158,6 +159,43 @@ fn the_ride_that_differs_has_its_cause() {
     assert!(rows.len() == 5 && rows.iter().all(|r| r["new"] == false), "{lines}");
     let page = std::fs::read_to_string(out.join("report/index.html")).expect("a page");
     assert!(page.contains("4 of 5 rides as before"), "the page says nothing of the change");
+}
+
+/// A night that is killed between the tables of sessions and `changes`: `show` makes `changes` again, and the next diagnosis
+/// reports what is new all the same. The outputs are those before and after a night with a new change, both printed.
+fn news_outlasts_a_kill(archive: &Path, [before, after]: [&Path; 2]) {
+    let killed = before.with_file_name("killed");
+    copy_folder(after, &killed);
+    let [kept, changes] = [".roadbench/changes_printed.parquet", "changes/changes.parquet"];
+    assert!(!killed.join(kept).exists(), "the night was printed");
+    std::fs::copy(before.join(changes), killed.join(changes)).expect("copied");
+    for mark in [".roadbench/behind_diagnose", ".roadbench/switched_diagnose"] {
+        std::fs::write(killed.join(mark), "").expect("marked");
+    }
+    let roadbench = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("roadbench"));
+        let done = command.args(arguments).output().expect("roadbench starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        String::from_utf8_lossy(&done.stdout).into_owned()
+    };
+    let [input, output] = [archive, &killed].map(|path| path.to_str().expect("a path in UTF-8"));
+    roadbench(&["show", output]);
+    let rows = read::rows::<ChangeRow>(&killed).expect("changes");
+    assert!(rows.iter().any(|row| row.cause.as_deref() == Some("steer_zero")), "made again");
+    assert!(killed.join(kept).exists());
+    roadbench(&["verify", output]);
+    let arguments = ["diagnose", input, "--out", output, "--nulls", "0", "--json"];
+    // once it is printed it stands; the summary is last beside a comparison, too
+    for (more, expected) in [(&["--against", "..2026-05-04"][..], [1, 0]), (&[], [0, 1])] {
+        let lines = roadbench(&[&arguments[..], more].concat());
+        let last: serde_json::Value =
+            lines.lines().last().and_then(|l| serde_json::from_str(l).ok()).expect("a summary");
+        assert_eq!(last["table"], "summary", "{lines}");
+        assert_eq!(lines.contains("\"table\":\"against\""), !more.is_empty(), "{lines}");
+        let counts = ["changes_new", "changes_standing"].map(|key| last[key].as_u64());
+        assert_eq!(counts, expected.map(Some), "{lines}");
+        assert!(!killed.join(kept).exists(), "kept no longer than needed");
+    }
 }
 
 /// Three of seven fault-free rides of a simulator that is not ours never brake: what they do not determine is no difference.

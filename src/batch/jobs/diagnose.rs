@@ -19,7 +19,7 @@ use crate::diagnose::reference::against::Against;
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
-use crate::store::tables::rows::{CauseRow, ChangeRow, DiagnosisRow, Ident, Provenance};
+use crate::store::tables::rows::{CauseRow, DiagnosisRow, Ident, Provenance};
 use crate::store::tables::{file, registry};
 
 /// Work of `roadbench diagnose`: the diagnosis of one session.
@@ -151,14 +151,6 @@ pub fn finish(store: &Store) -> Result<OverAll, Error> {
         false => mark::mark_out_of_date(store.root())?,
     }
     Ok(over_all)
-}
-
-/// The rows of `changes` of an output in which nothing is left to do.
-///
-/// # Errors
-/// The table cannot be read.
-pub(crate) fn standing(store: &Store) -> Result<Vec<ChangeRow>, Error> {
-    pooled::standing(store.root(), &LocalCopy::of(store.root())?)
 }
 
 /// Differences of a motorcycle's other rides, as one group, from the rides that `text` selects.

@@ -9,6 +9,7 @@ use crate::batch::store::kind::{
     CHANGES, SHARED as FOLDER, SHARED_MODEL as MODEL, SHARED_TABLE as TABLE,
 };
 use crate::batch::store::local_copy::LocalCopy;
+use crate::batch::store::printed_changes;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::diagnose::reference::against::{self, Against};
 use crate::diagnose::reference::{self, numbers::Ride};
@@ -27,7 +28,7 @@ pub struct OverAll {
     pub causes: Vec<CauseRow>,
     /// Rows of `changes`.
     pub changes: Vec<ChangeRow>,
-    /// The rows that were there before; `None` of an output that had none, or none that can be read.
+    /// The rows that a diagnosis last printed; `None` of an output that had none, or none that can be read.
     pub earlier: Option<Vec<ChangeRow>>,
 }
 
@@ -57,20 +58,11 @@ pub(crate) fn write(root: &Location, copy: &LocalCopy) -> Result<OverAll, Error>
         }
     }
     let changes = changes(copy.folder(), &sessions)?;
-    // a damaged table is made anew: it is no reason to stop
-    let earlier = standing(root, copy).ok().filter(|rows| !rows.is_empty());
+    let earlier = printed_changes::keep(root, &changes, copy.is_whole())?;
+    let earlier = Some(earlier).filter(|rows| !rows.is_empty());
     let path = copy.folder().join(CHANGES).join(format!("{CHANGES}.parquet"));
     file::write(Location::Local(path), &changes)?;
     Ok(OverAll { causes: rows, changes, earlier })
-}
-
-/// The rows of `changes` that an output has.
-///
-/// # Errors
-/// The table cannot be read.
-pub(crate) fn standing(root: &Location, copy: &LocalCopy) -> Result<Vec<ChangeRow>, Error> {
-    // of a local output it is the folder itself: a copy leaves out what is made again
-    Ok(read::rows(root.as_path().unwrap_or(copy.folder()))?)
 }
 
 /// The diagnosed sessions, in order of path: sums depend on the order, in the last digit.

@@ -30,7 +30,7 @@
 //! | [`intact`] | numbers of a table that is not as it was written go to nobody |
 //! | [`contents`], [`marker`], [`parts`], [`kind`] | which sessions are there, and in which files |
 //! | [`superseded`] | which sessions go with what becomes of a log |
-//! | [`forget`], [`mod@verify`], [`mod@migrate`], [`empty`], [`local_copy`] | commands and helpers on top |
+//! | [`forget`], [`mod@verify`], [`mod@migrate`], [`empty`], [`local_copy`], [`printed_changes`] | commands and helpers on top |
 
 pub(crate) mod contents;
 pub(crate) mod empty;
@@ -47,6 +47,7 @@ pub(crate) mod marker;
 pub(crate) mod merge;
 pub(crate) mod migrate;
 pub(crate) mod parts;
+pub(crate) mod printed_changes;
 pub(crate) mod reading;
 pub(crate) mod staged;
 pub(crate) mod superseded;
@@ -63,7 +64,8 @@ mod tests {
     fn the_page_names_every_mark() {
         let page = include_str!("../../../book/src/store.md");
         let of_kinds = [&RUN, &DIAGNOSE].into_iter().flat_map(|k| [k.staged, k.behind, k.switched]);
-        let marks = [mark::PATH, manifest::PATH, switch::COMMIT, switch::LOCK];
+        let marks =
+            [mark::PATH, manifest::PATH, printed_changes::PATH, switch::COMMIT, switch::LOCK];
         for mark in of_kinds.chain(marks).chain([crate::store::tables::registry::LOCK]) {
             assert!(page.contains(mark), "store.md lacks {mark}");
         }
