@@ -1,18 +1,18 @@
 //! What is new since the last diagnosis of an output: the changes that were not reported then, those that are no longer, and
 //! how many stand.
 //!
-//! A change is the same if rides of the same kind differ for the same cause; the start of a step may be a ride or two off, as more
-//! rides place it better. So a step is new once, whichever night shows it first, and so is its cause once it is found.
+//! A change is the same if rides of the same kind differ for the same cause, in the same direction. The start of a step may be a
+//! ride or two off, as more rides place it better. Each earlier change is the same as one current change at most. So a step is
+//! new once, whichever night shows it first; so are its cause once it is found, and a step back.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use super::search::NEAR;
 use crate::statistics::number_format::count;
-use crate::store::tables::changes::{is_change, place};
+use crate::store::tables::changes::{is_change, place, shared_words};
 use crate::store::tables::rows::ChangeRow;
 
-/// Rides by which the start of a step may be off.
-const NEAR: usize = 2;
 /// Most new changes that have a line each, and most that are no longer reported.
 const LISTED: [usize; 2] = [40, 6];
 
@@ -33,9 +33,11 @@ impl<'a> News<'a> {
         let of = |rows: &BTreeMap<&str, Vec<&'a ChangeRow>>, row: &ChangeRow| {
             rows.get(row.ident.bike_id.as_str()).cloned().unwrap_or_default()
         };
-        let is_new =
-            |row: &ChangeRow| !of(&own_before, row).into_iter().any(|b| starts.is_same(row, b));
-        let rows: Vec<(&ChangeRow, bool)> = now.iter().map(|row| (row, is_new(row))).collect();
+        let mut rows = Vec::with_capacity(now.len());
+        for own in now.chunk_by(|a, b| a.ident.bike_id == b.ident.bike_id) {
+            let known = starts.known(own, &of(&own_before, &own[0]));
+            rows.extend(own.iter().zip(known).map(|(row, is_known)| (row, !is_known)));
+        }
         // the last day's step is a day's once there are later rides
         let is_again = |row: &ChangeRow, b: &ChangeRow| {
             starts.is_of_same_rides(row, b)
@@ -109,18 +111,26 @@ impl<'a> News<'a> {
         text
     }
 
-    /// How the rides that were diagnosed now compare with the others of their motorcycles.
+    /// How the rides that were diagnosed now compare with the others of their motorcycles; empty without any.
     fn head(&self, diagnosed: &BTreeSet<(&str, &str)>) -> String {
+        if diagnosed.is_empty() {
+            return String::new();
+        }
         let of = |is: &dyn Fn(&ChangeRow) -> bool| {
             let own = self.rows.iter().map(|r| r.0).filter(|row| row.rides == "ride" && is(row));
             let keys: BTreeSet<(&str, &str)> = own.map(|row| row.ident.key()).collect();
             keys.intersection(diagnosed).count()
         };
+        let drifts = self.rows.iter().map(|r| r.0).filter(|row| row.rides == "drift");
+        let drifting: BTreeSet<&str> = drifts.map(|row| row.ident.bike_id.as_str()).collect();
+        let has_drift = |row: &ChangeRow| drifting.contains(row.ident.bike_id.as_str());
+        let is_shared = |row: &ChangeRow| row.verdict == "as_others";
         let verdict = |name: &'static str| move |row: &ChangeRow| row.verdict == name;
         let parts = [
             (of(&verdict("as_before")), "as the motorcycle's other rides"),
             (of(&verdict("as_since")), "after a change that lasts"),
-            (of(&verdict("as_others")), "share a change with other rides"),
+            (of(&|row| is_shared(row) && !has_drift(row)), shared_words(false)),
+            (of(&|row| is_shared(row) && has_drift(row)), shared_words(true)),
             (of(&is_change), "unlike the motorcycle's other rides"),
             (of(&verdict("unclear")), "not clear"),
             (of(&verdict("too_few")), "of motorcycles with fewer than four rides"),
@@ -166,13 +176,40 @@ impl<'a> Starts<'a> {
         Starts { order }
     }
 
+    /// Whether each of a motorcycle's rows was there before. The nearest starts are paired first, and each earlier row is in
+    /// one pair.
+    fn known(&self, now: &[ChangeRow], before: &[&ChangeRow]) -> Vec<bool> {
+        let mut pairs = Vec::new();
+        for (i, row) in now.iter().enumerate() {
+            let same = before.iter().enumerate().filter(|(_, b)| self.is_same(row, b));
+            pairs.extend(same.map(|(j, b)| (self.apart(row, b).unwrap_or_default(), i, j)));
+        }
+        pairs.sort_unstable();
+        let (mut known, mut is_taken) = (vec![false; now.len()], vec![false; before.len()]);
+        for (_, i, j) in pairs {
+            if !known[i] && !is_taken[j] {
+                (known[i], is_taken[j]) = (true, true);
+            }
+        }
+        known
+    }
+
+    /// Rides between the starts of two rows; `None` where one is of no current ride.
+    fn apart(&self, a: &ChangeRow, b: &ChangeRow) -> Option<usize> {
+        let at = |row: &ChangeRow| self.order.get(&row.ident.key()).copied();
+        at(a).zip(at(b)).map(|(a, b)| a.abs_diff(b))
+    }
+
     /// Whether two rows say the same.
     fn is_same(&self, a: &ChangeRow, b: &ChangeRow) -> bool {
         if !self.is_of_same_rides(a, b) {
             return false;
         }
         match is_change(a) || is_change(b) {
-            true => is_change(a) && is_change(b) && a.cause == b.cause,
+            true => {
+                let is_opposite = a.value.zip(b.value).is_some_and(|(a, b)| a * b < 0.0);
+                is_change(a) && is_change(b) && a.cause == b.cause && !is_opposite
+            }
             false => a.verdict == b.verdict,
         }
     }
@@ -188,10 +225,7 @@ impl<'a> Starts<'a> {
         match a.rides.as_str() {
             "drift" => true,
             "ride" => a.ident.session_id == b.ident.session_id,
-            "since" => {
-                let at = |row: &ChangeRow| self.order.get(&row.ident.key()).copied();
-                at(a).zip(at(b)).is_some_and(|(a, b)| a.abs_diff(b) <= NEAR)
-            }
+            "since" => self.apart(a, b).is_some_and(|apart| apart <= NEAR),
             _ => first(&a.in_common) == first(&b.in_common),
         }
     }
@@ -284,6 +318,32 @@ mod tests {
         let news = News::new(&now, &before);
         assert_eq!(news.new_changes().len(), 1);
         assert!(news.gone.is_empty());
+    }
+
+    /// A zero that shifts and goes back two rides later: the way back is a change of its own.
+    #[test]
+    fn a_step_back_is_new() {
+        let with_values = |changes: &[(usize, f64)]| {
+            let steps: Vec<_> = changes.iter().map(|(k, _)| (*k, "since", "roll_zero")).collect();
+            let mut all = rows("a", 9, &steps);
+            for row in all.iter_mut().filter(|row| row.cause.is_some()) {
+                let own = changes.iter().find(|(k, _)| row.ident.session_id == format!("a{k:02}"));
+                row.value = own.map(|(_, value)| *value);
+            }
+            all
+        };
+        let new = |now: &[(usize, f64)], before: &[(usize, f64)]| {
+            let [now, before] = [now, before].map(with_values);
+            let news = News::new(&now, &before);
+            let starts = news.new_changes().into_iter().map(|row| row.ident.session_id.clone());
+            (starts.collect::<Vec<_>>(), news.standing().len(), news.gone.len())
+        };
+        let before = [(5, 0.01)];
+        assert_eq!(new(&[(5, 0.01), (7, -0.01)], &before), (vec!["a07".to_owned()], 1, 0));
+        // two in the same direction are two changes; the nearer one is the earlier one
+        assert_eq!(new(&[(4, 0.01), (6, 0.02)], &[(6, 0.02)]), (vec!["a04".to_owned()], 1, 0));
+        assert_eq!(new(&[(5, -0.01)], &before), (vec!["a05".to_owned()], 0, 0));
+        assert_eq!(new(&[(6, 0.012)], &before), (vec![], 1, 0));
     }
 
     /// A change whose cause was not known is new once it is known, and not called gone.

@@ -25,12 +25,12 @@ const RIVAL: f64 = 3.0;
 /// Squared standard deviations by which a rival's own size may be less clear.
 const CLEARER: f64 = 9.0;
 /// Rides by which the start of a step may be off before each ride is put to the nearer level.
-const NEAR: usize = 2;
+pub(super) const NEAR: usize = 2;
 /// Share of the squared clearness of the cause from which a rival is as clear: sizes to first order differ by so much.
 const AS_CLEAR: f64 = 0.72;
 /// Largest difference over its error of a further change of a ride, as a share of that of a change before, below which
 /// it is the remainder of that.
-const SHADOW: f64 = 0.15;
+pub(super) const SHADOW: f64 = 0.15;
 /// Standard errors from which on an effect's own number says its size.
 const CLEAR: f64 = 4.0;
 /// Share of what a cause moves that may be left when it is taken out.
@@ -41,8 +41,8 @@ const FIRST_ORDER: f64 = 0.06;
 /// 0.017 to 0.023.
 const ROUGH: [&str; 2] = ["side_force_ratio_front", "side_force_ratio_rear"];
 /// Most numbers that are listed of a change, and the chance of each below which it is.
-const LISTED: usize = 5;
-const MOVED: f64 = 0.001;
+pub(super) const LISTED: usize = 5;
+pub(super) const MOVED: f64 = 0.001;
 
 /// A number that moved.
 #[derive(Debug, Clone, PartialEq)]

@@ -13,7 +13,7 @@
 use std::collections::BTreeSet;
 
 use super::numbers::History;
-use super::search::{Change, Evidence, Moved};
+use super::search::{Change, Evidence, LISTED, MOVED, Moved, NEAR, SHADOW};
 use super::sets::{Kind, Rides};
 use crate::contract::bike::Axle;
 use crate::contract::fleet_event::Affected;
@@ -22,14 +22,6 @@ use crate::simulate::effects::Effect;
 
 /// Rides from which on a change is a tyre's where no log says so, as for events of coefficients.
 const LASTING: usize = 3;
-/// Rides by which a further change of the same tyre may begin beside its step.
-const NEAR: usize = 2;
-/// Chance below which a number moved.
-const MOVED: f64 = 0.001;
-/// Size over its error, as a share of that of the tyre's surest number, below which another number moved along with it.
-const ALONG: f64 = 0.15;
-/// Most numbers that are listed of a change.
-const LISTED: usize = 5;
 /// Numbers of one tyre, without its end.
 const OF_TYRE: [&str; 7] =
     ["radius", "mf_b", "mf_d", "mf_e1", "mf_e2", "cornering_stiffness", "stiffness_decay"];
@@ -159,7 +151,8 @@ impl Swap {
         let surest = moved.iter().find(|m| is_own(m))?.number;
         let swap = Swap { rides: rides.clone(), affected, moved: listed, clearest };
         if said.is_empty() {
-            let is_alone = moved.iter().all(|m| is_tyre(m) || clear(m) < ALONG * clearest)
+            // a number that is much less clear moved along with the tyre's surest
+            let is_alone = moved.iter().all(|m| is_tyre(m) || clear(m) < SHADOW * clearest)
                 && own.iter().all(|c| swap.includes(history, c));
             if rides.counts()[0] < LASTING || !is_alone || !is_step(history, rides, surest) {
                 return None;
@@ -173,8 +166,8 @@ impl Swap {
         axle_of(name).is_some_and(|axle| self.affected.includes(axle))
     }
 
-    /// Whether a change of these rides is of the changed tyre: its number, what describes a tyre, or what moves the same numbers
-    /// and is less clear than the tyre's surest: a rider who leans moves the crown, but no radius.
+    /// Whether a change of these rides is of the changed tyre: of its number, of what describes a tyre, or of what moves the same
+    /// numbers. The last must be less clear than the tyre's surest number: a rider who leans moves the crown, but no radius.
     fn includes(&self, history: &History, change: &Change) -> bool {
         let number = &history.numbers[change.cause];
         let Some(effect) = number.effect else {

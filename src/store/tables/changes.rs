@@ -70,10 +70,15 @@ pub(crate) fn head(rows: &[ChangeRow]) -> Option<String> {
         format!(
             "{same} of {all} rides as before{}{}{}",
             more(since, "after a change that lasts"),
-            more(shared, if is_drift { "follow a drift" } else { "share a change" }),
+            more(shared, shared_words(is_drift)),
             more(unclear, "unclear")
         )
     })
+}
+
+/// Words for rides that differ as other rides do, whose motorcycle has a drift or none.
+pub(crate) fn shared_words(is_drift: bool) -> &'static str {
+    if is_drift { "follow a drift" } else { "share a change" }
 }
 
 /// Whether a row says that something changed.
