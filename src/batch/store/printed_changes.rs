@@ -3,6 +3,7 @@
 //! `changes` is written again by whoever finds it out of date: a batch, a reader after a killed batch, `forget`. Its rows are
 //! kept from then on until a diagnosis has printed what is new. So a night that is killed, stopped or fails loses no news.
 
+use std::collections::BTreeSet;
 use std::io::ErrorKind;
 
 use super::kind::CHANGES;
@@ -74,11 +75,12 @@ fn table(root: &Location, path: &str) -> Result<Option<Vec<ChangeRow>>, String> 
 
 /// Rows without rides that the output has no longer; what lasts begins at the next ride instead.
 fn of_rides(rows: Vec<ChangeRow>, now: &[ChangeRow]) -> Vec<ChangeRow> {
+    let rides: BTreeSet<(&str, &str)> = now.iter().map(|row| row.ident.key()).collect();
     let of_place = |mut row: ChangeRow| {
-        let own = || now.iter().map(|r| &r.ident).filter(|i| i.bike_id == row.ident.bike_id);
-        if own().any(|ride| ride.session_id == row.ident.session_id) {
+        if rides.contains(&row.ident.key()) {
             return Some(row);
         }
+        let own = || now.iter().map(|r| &r.ident).filter(|i| i.bike_id == row.ident.bike_id);
         let is_later = |ride: &&Ident| ride.start_time >= row.ident.start_time;
         let next = own().find(is_later).or_else(|| own().last()).cloned();
         row.ident = next.filter(|_| row.rides != "ride")?;
