@@ -9,6 +9,7 @@ use super::learnt::learn;
 use super::numbers::{History, Ride};
 use super::search::{Change, Evidence, search_of};
 use super::sets::{Kind, OTHERS, Rides};
+use super::sums::AllRides;
 use super::{changed, tyre_swap, words};
 use crate::store::tables::rows::{ChangeRow, Ident};
 
@@ -75,7 +76,7 @@ fn of_motorcycle(bike_id: String, rides: [usize; 2], history: &History) -> Again
     };
     let changes: Vec<ChangeRow> = found.iter().map(row).collect();
     let largest = match changes.is_empty() {
-        true => Evidence::new(history, &others).largest(),
+        true => Evidence::new(&AllRides::new(history), &others).largest(),
         false => None,
     };
     let largest = largest.map(|(moved, chance)| {

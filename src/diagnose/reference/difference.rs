@@ -20,8 +20,10 @@ use super::sets::{DRIFT, Kind, OTHERS, Rides};
 use crate::statistics::moderated::{CLIP, CLIPPED};
 use crate::statistics::order::{median_of_finite, median_or_zero};
 
-/// Rounds of reweighting.
+/// Most rounds of reweighting.
 const ROUNDS: usize = 20;
+/// Change in standard deviations from which on it has settled.
+const SETTLED: f64 = 1e-13;
 
 /// A difference between rides inside and outside of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,14 +67,14 @@ pub(crate) struct Column<'a> {
     /// By ride; those that are not numbers are passed over.
     pub values: &'a [f64],
     pub errors: &'a [f64],
-    /// Variance by ride beyond scatter and errors: by how much more than usual the effects that vary from ride to ride move
-    /// it, and what may be left of a change that was taken out.
-    pub moved: &'a [f64],
+    /// Variance by ride beyond scatter and errors. Effects that vary from ride to ride move it more than usual. And a change
+    /// that was taken out may leave a remainder.
+    pub extra_variance: &'a [f64],
 }
 
 /// The difference of a number; `None` where too few rides know it. Of a drift it is that of the last ride from the first.
 pub(crate) fn difference(column: Column<'_>, rides: &Rides, belief: Belief) -> Option<Difference> {
-    let Column { values, errors, moved } = column;
+    let Column { values, errors, extra_variance } = column;
     let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
     let share = |i: &usize| rides.share(*i);
     let (others, within): (Vec<usize>, Vec<usize>) = known.iter().partition(|i| share(i) == 0.0);
@@ -89,10 +91,15 @@ pub(crate) fn difference(column: Column<'_>, rides: &Rides, belief: Belief) -> O
         median_of_finite(&values).unwrap_or(f64::NAN)
     };
     let usual = of(errors, &known);
-    let excess =
-        |i: usize| belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0) + moved[i];
     let believed = (belief.ratio * usual).powi(2) + belief.natural.powi(2);
     let freedom = belief.freedom + known.len() as f64 - 2.0;
+    let excess = |i: usize| {
+        belief.ratio.powi(2) * (errors[i].powi(2) - usual * usual).max(0.0) + extra_variance[i]
+    };
+    let mut points: Vec<Point> = known
+        .iter()
+        .map(|i| Point { value: values[*i], share: share(i), excess: excess(*i), weight: 0.0 })
+        .collect();
     let mut variance = believed;
     // value of a ride: start + share * size
     let (mut start, mut size) = match is_drift {
@@ -100,22 +107,51 @@ pub(crate) fn difference(column: Column<'_>, rides: &Rides, belief: Belief) -> O
         false => (of(values, &others), of(values, &within) - of(values, &others)),
     };
     for _ in 0..ROUNDS {
-        let z = |i: &usize, start: f64, size: f64| {
-            (values[*i] - start - share(i) * size) / (variance + excess(*i)).sqrt()
-        };
-        let weight =
-            |i: &usize| (CLIP / z(i, start, size).abs().max(CLIP)) / (variance + excess(*i));
-        let line = Line::through(known.iter().map(|i| (weight(i), share(i), values[*i])));
+        let before = [start, size, variance];
+        points.iter_mut().for_each(|p| p.weight = (variance + p.excess).recip());
+        let line = Line::through(points.iter().map(|p| (p.clipped(start, size), p.share, p.value)));
         (start, size) = (line.start(), line.size());
-        let squares: f64 = known.iter().map(|i| z(i, start, size).powi(2).min(CLIP * CLIP)).sum();
+        let square = |p: &Point| (p.residual(start, size).powi(2) * p.weight).min(CLIP * CLIP);
+        let squares: f64 = points.iter().map(square).sum();
         variance = (belief.freedom * believed + variance * squares / CLIPPED) / freedom;
+        let scale = variance.sqrt();
+        let is_same = |now: f64, before: f64, scale: f64| (now - before).abs() <= SETTLED * scale;
+        if is_same(start, before[0], scale)
+            && is_same(size, before[1], scale)
+            && is_same(variance, before[2], variance)
+        {
+            break;
+        }
     }
-    let plain = known.iter().map(|i| ((variance + excess(*i)).recip(), share(i), values[*i]));
+    let plain = points.iter().map(|p| ((variance + p.excess).recip(), p.share, p.value));
     let by_day = rides.by_day * belief.natural.powi(2);
     let error = Line::through(plain).error().hypot(by_day.sqrt());
     let scatter = variance.sqrt();
     let is_known = error > 0.0 && error.is_finite() && size.is_finite();
     is_known.then_some(Difference { size, error, freedom, scatter })
+}
+
+/// A ride that knows the number.
+struct Point {
+    value: f64,
+    share: f64,
+    /// Variance beyond the scatter of a usual ride.
+    excess: f64,
+    /// Inverse variance.
+    weight: f64,
+}
+
+impl Point {
+    fn residual(&self, start: f64, size: f64) -> f64 {
+        self.value - start - self.share * size
+    }
+
+    /// Weight, less for rides far from the line.
+    fn clipped(&self, start: f64, size: f64) -> f64 {
+        let square = self.residual(start, size).powi(2) * self.weight;
+        // most rides are near, and need no root
+        if square > CLIP * CLIP { CLIP / square.sqrt() * self.weight } else { self.weight }
+    }
 }
 
 /// Sums of a weighted line `start + x * size`.

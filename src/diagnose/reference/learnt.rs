@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::belief::Belief;
 use super::numbers::History;
 use super::sets::{Kind, OTHERS, Rides};
-use super::sums::{self, Sums};
+use super::sums::{AllRides, Sums};
 use crate::statistics::moderated::{GroupVariance, Scatter, clipped_variance, learnt};
 use crate::statistics::order::median_of_finite;
 
@@ -50,8 +50,9 @@ fn of_sums(history: &History) -> Variances {
     if history.len() <= OTHERS {
         return Vec::new();
     }
-    let numbers = sums::numbers(history, &Rides::one(0, history.len()));
-    let sums = Sums::new(history, &numbers);
+    let all_rides = AllRides::new(history);
+    let numbers = all_rides.differences(&Rides::one(0, history.len()));
+    let sums = Sums::new(&all_rides, &numbers);
     let all = Rides::from(Kind::Chosen, 0, history.len());
     let of = |effect: usize| {
         let sum = sums.of(effect, &all)?;

@@ -42,7 +42,7 @@ pub(crate) struct History {
     /// Standard errors from noise and priors, likewise.
     pub errors: Vec<Vec<f64>>,
     /// Variances, likewise, of what may be left of changes that were taken out.
-    pub left: Vec<Vec<f64>>,
+    pub remainder_variance: Vec<Vec<f64>>,
     /// By effect: its name's place in `numbers`, and by ride what a unit of it moves each number by.
     pub traces: Vec<(usize, Vec<Vec<f64>>)>,
     /// Of each number what other motorcycles teach of its scatter.
@@ -102,14 +102,14 @@ impl History {
         let circumstances = rides.iter().map(|r| r.circumstances.clone()).collect();
         let scatter = vec![Scatter::default(); numbers.len()];
         let scatter_of_sums = scatter.clone();
-        let left = vec![vec![0.0; rides.len()]; numbers.len()];
+        let remainder_variance = vec![vec![0.0; rides.len()]; numbers.len()];
         History {
             rides: idents,
             circumstances,
             numbers,
             values,
             errors,
-            left,
+            remainder_variance,
             traces,
             scatter,
             scatter_of_sums,

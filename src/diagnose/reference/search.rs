@@ -10,7 +10,7 @@ use super::difference::Difference;
 use super::explain::{Candidate, candidates};
 use super::numbers::History;
 use super::sets::{Kind, Rides};
-use super::sums::{self, Sums};
+use super::sums::{AllRides, Sums};
 use crate::contract::fleet_event::Affected;
 use crate::statistics::order::median_of_finite;
 
@@ -109,8 +109,9 @@ pub(crate) fn search_of(history: &History, sets: &[Rides]) -> SearchResult {
         take_out(&mut rest, &change);
         changes.push(change);
     }
+    let all = AllRides::new(&rest);
     let largest = (0..history.len()).filter_map(|ride| {
-        let (moved, chance) = Evidence::new(&rest, &Rides::one(ride, history.len())).largest()?;
+        let (moved, chance) = Evidence::new(&all, &Rides::one(ride, history.len())).largest()?;
         Some(Largest { ride, moved, chance })
     });
     // the remainder after a change is searched again
@@ -128,11 +129,11 @@ pub(crate) struct Evidence {
 }
 
 impl Evidence {
-    pub(crate) fn new(history: &History, rides: &Rides) -> Self {
-        let numbers = sums::numbers(history, rides);
-        let of_effects = Sums::new(history, &numbers);
+    pub(crate) fn new(all: &AllRides<'_>, rides: &Rides) -> Self {
+        let numbers = all.differences(rides);
+        let of_effects = Sums::new(all, &numbers);
         let of = |effect: usize| Some((effect, of_effects.difference(effect, rides)?));
-        let sums = history.traces.iter().filter_map(|(effect, _)| of(*effect)).collect();
+        let sums = all.history.traces.iter().filter_map(|(effect, _)| of(*effect)).collect();
         Evidence { sums, numbers }
     }
 
@@ -168,13 +169,14 @@ fn middle(values: &[f64]) -> f64 {
 /// Of the sets of rides whose difference is beyond chance, the change that explains most.
 fn strongest(history: &History, sets: &[Rides], known: &[Change]) -> Option<Change> {
     let limit = FALSE_ALARMS / sets.len() as f64;
+    let all = AllRides::new(history);
     let is_open =
         |rides: &&Rides| known.iter().filter(|c| c.rides == **rides).count() < MAX_FINDINGS[1];
     let mut tried: Vec<(&Rides, Evidence, f64)> = sets
         .par_iter()
         .filter(is_open)
         .filter_map(|rides| {
-            let evidence = Evidence::new(history, rides);
+            let evidence = Evidence::new(&all, rides);
             let (_, chance) = evidence.largest()?;
             (chance <= limit).then_some((rides, evidence, chance))
         })
@@ -352,7 +354,7 @@ fn take_out(history: &mut History, change: &Change) {
                     // its remainder is known as well as its size is, and as the trace, which is that of the ride's own
                     // optimum and has another sign at another one
                     let unsure = change.size * share * (t - usual[p]);
-                    history.left[p][i] += (LEFT * moved).powi(2) + unsure.powi(2);
+                    history.remainder_variance[p][i] += (LEFT * moved).powi(2) + unsure.powi(2);
                 }
             }
             None => history.values[change.cause][i] -= change.size * share,

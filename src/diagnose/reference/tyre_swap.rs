@@ -13,8 +13,9 @@
 use std::collections::BTreeSet;
 
 use super::numbers::History;
-use super::search::{Change, Evidence, LISTED, MOVED, Moved, NEAR, SHADOW};
+use super::search::{Change, LISTED, MOVED, Moved, NEAR, SHADOW};
 use super::sets::{Kind, Rides};
+use super::sums::AllRides;
 use crate::contract::bike::Axle;
 use crate::contract::fleet_event::Affected;
 use crate::contract::instant;
@@ -101,7 +102,7 @@ impl Swap {
         if matches!(rides.kind, Kind::One | Kind::Drift) {
             return None;
         }
-        let numbers = Evidence::new(history, rides).numbers;
+        let numbers = AllRides::new(history).differences(rides);
         let known = numbers.iter().enumerate().filter_map(|(number, d)| {
             let by = (*d)?;
             (by.chance() < MOVED).then_some(Moved { number, by })
