@@ -337,8 +337,9 @@ fn take_out(history: &mut History, change: &Change) {
     let inside: Vec<usize> = (0..history.len()).filter(|i| change.rides.has(*i)).collect();
     let traces = history.traces.iter().find(|(number, _)| *number == change.cause).cloned();
     let of_number = |by_ride: &[Vec<f64>], p: usize| {
-        let own: Vec<f64> = by_ride.iter().map(|of_ride| of_ride[p]).collect();
-        middle(&own)
+        // rides without such manoeuvres have no slope
+        let own = by_ride.iter().map(|of_ride| of_ride[p]).filter(|slope| *slope != 0.0);
+        middle(&own.collect::<Vec<_>>())
     };
     let usual: Vec<f64> = match &traces {
         Some((_, by_ride)) => (0..history.numbers.len()).map(|p| of_number(by_ride, p)).collect(),
@@ -348,7 +349,7 @@ fn take_out(history: &mut History, change: &Change) {
         let share = change.rides.share(i);
         match &traces {
             Some((_, by_ride)) => {
-                for (p, t) in by_ride[i].iter().enumerate() {
+                for (p, t) in by_ride[i].iter().enumerate().filter(|(_, t)| **t != 0.0) {
                     let moved = change.size * share * t;
                     history.values[p][i] -= moved;
                     // its remainder is known as well as its size is, and as the trace, which is that of the ride's own
@@ -364,7 +365,55 @@ fn take_out(history: &mut History, change: &Change) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{put_trace, ride};
     use super::*;
+
+    /// A latency that moves a radius in three of ten rides, alike in each: the remainder is the share that is left of it. A
+    /// fourth slope of the other sign is not known better than to twice its amount.
+    #[test]
+    fn a_ride_without_a_slope_says_nothing_of_the_usual_one() {
+        let of = |last: f64| {
+            let of_ride = |k: usize| {
+                let mut ride = ride(1, k, &[]);
+                if k >= 7 {
+                    let slope = if k == 9 { last } else { 0.5 };
+                    put_trace(&mut ride, "latency", "radius_front", slope);
+                }
+                ride
+            };
+            let mut history = History::of(&(0..10).map(of_ride).collect::<Vec<_>>());
+            let place = |name: &str| history.numbers.iter().position(|n| n.name == name);
+            let (cause, radius) = place("latency").zip(place("radius_front")).expect("numbers");
+            let slopes = history.traces.iter().find(|t| t.0 == cause).expect("a trace").1.clone();
+            let change = Change {
+                rides: Rides::from(Kind::Since, 5, 10),
+                cause,
+                size: 2.0,
+                half_width: 0.1,
+                t: 20.0,
+                rivals: vec![],
+                moved: vec![],
+                chance: 1e-9,
+                swap: None,
+            };
+            take_out(&mut history, &change);
+            let relative = |i: usize| {
+                let variance = history.remainder_variance[radius][i];
+                if variance == 0.0 {
+                    0.0
+                } else {
+                    variance.sqrt() / (2.0 * slopes[i][radius]).abs()
+                }
+            };
+            (0..10).map(relative).collect::<Vec<_>>()
+        };
+        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let alike = of(0.5);
+        assert!(alike[..7].iter().all(|r| *r == 0.0), "{alike:?}");
+        assert!(alike[7..].iter().all(|r| is_near(*r, LEFT)), "{alike:?}");
+        let other = of(-0.5);
+        assert!(is_near(other[8], LEFT) && is_near(other[9], LEFT.hypot(2.0)), "{other:?}");
+    }
 
     /// A steering zero of 10 mrad with t = -10 of its own number, and -4 of the sum: it is a cause.
     #[test]
