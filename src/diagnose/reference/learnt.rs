@@ -1,14 +1,15 @@
 //! What the other motorcycles of an output teach of the scatter of numbers between rides.
 //!
 //! METHOD: the scatter that is stated ([`Belief`]) is that of some simulated machines. Where sensors are switched on with
-//! another zero in each ride it is five times too small, and of what a ride hardly determines it is too large. Both are
+//! another zero in each ride it is five times too small. Of what a ride hardly determines it is too large. Both are
 //! the same on most motorcycles of a fleet. So each number's stated scatter is put right by the others' (empirical Bayes,
 //! [`moderated`](crate::statistics::moderated)), and counts for more the more they agree. A motorcycle alone keeps what
 //! is stated.
 //!
-//! The scatter of a motorcycle is that between each ride and the last one of an earlier day: so a new tyre makes one large
+//! The scatter of a motorcycle is that between each ride and the last one of an earlier day. So a new tyre makes one large
 //! difference, which is clipped, and not as many as there are rides.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
@@ -51,7 +52,10 @@ fn of_sums(history: &History) -> Variances {
         return Vec::new();
     }
     let all_rides = AllRides::new(history);
-    let numbers = all_rides.differences(&Rides::one(0, history.len()));
+    // a number that the ride lacks has no difference
+    let known = |ride: usize| history.values.iter().filter(|v| v[ride].is_finite()).count();
+    let ride = (0..history.len()).max_by_key(|ride| (known(*ride), Reverse(*ride)));
+    let numbers = all_rides.differences(&Rides::one(ride.unwrap_or(0), history.len()));
     let sums = Sums::new(&all_rides, &numbers);
     let all = Rides::from(Kind::Chosen, 0, history.len());
     let of = |effect: usize| {
@@ -113,4 +117,27 @@ fn pairs(history: &History, mut rides: Vec<usize>) -> Vec<(usize, usize)> {
         |i: usize, j: usize| history.day(i).is_none() || history.day(i) != history.day(j);
     let earlier = |k: usize| rides[..k].iter().rfind(|i| is_other(**i, rides[k]));
     (0..rides.len()).filter_map(|k| Some((*earlier(k)?, rides[k]))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::ride;
+    use super::*;
+
+    /// The first ride has one number only. The others teach as much as they do without it.
+    #[test]
+    fn a_first_ride_that_knows_little_hides_no_sum() {
+        let of = |k: usize| {
+            let mut ride = ride(7, k, &[]);
+            if k == 0 {
+                ride.estimates.retain(|row| row.parameter == "drag");
+            }
+            ride
+        };
+        let rides: Vec<_> = (0..9).map(of).collect();
+        let effects = |history: History| of_sums(&history).iter().map(|(p, _)| *p).collect();
+        let [with, without]: [Vec<usize>; 2] =
+            [effects(History::of(&rides)), effects(History::of(&rides[1..]))];
+        assert_eq!((with.len(), &with), (4, &without));
+    }
 }
