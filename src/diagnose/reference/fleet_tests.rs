@@ -44,8 +44,8 @@ fn what_varies_on_every_motorcycle_is_no_change_of_one() {
     assert!(false_rows <= 7, "{false_rows} in 20 fleets");
 }
 
-/// A radius that no motorcycle's rides scatter in by more than its standard error, where two are stated: of a ride that
-/// differs by seven of them more is seen in a fleet than on a motorcycle alone.
+/// A radius scatters between rides by its standard error, where two are stated, on every motorcycle. A ride that differs by
+/// seven standard errors is seen more often in a fleet than on a motorcycle alone.
 #[test]
 fn what_no_motorcycle_varies_in_shows_smaller_changes() {
     let of = |seed: u64, bikes: usize| {
