@@ -89,7 +89,8 @@ pub fn clearness(rides: Vec<Ride>, session_id: &str) -> Vec<(String, f64, f64)> 
     let history = History::new(rides);
     let ride = history.rides.iter().position(|r| r.session_id == session_id);
     let Some(ride) = ride.filter(|_| history.len() > OTHERS) else { return Vec::new() };
-    let evidence = search::Evidence::new(&sums::AllRides::new(&history), &Rides::one(ride, history.len()));
+    let evidence =
+        search::Evidence::new(&sums::AllRides::new(&history), &Rides::one(ride, history.len()));
     let count = evidence.sums.len() + evidence.numbers.iter().flatten().count();
     let limit = search::FALSE_ALARMS / (Rides::all(&history).len() * count) as f64;
     let of = |(number, d): (usize, difference::Difference)| {
