@@ -82,7 +82,7 @@ fn of_rides(rows: Vec<ChangeRow>, now: &[ChangeRow]) -> Vec<ChangeRow> {
         }
         let own = || now.iter().map(|r| &r.ident).filter(|i| i.bike_id == row.ident.bike_id);
         let is_later = |ride: &&Ident| ride.start_time >= row.ident.start_time;
-        let next = own().find(is_later).or_else(|| own().last()).cloned();
+        let next = own().find(is_later).or_else(|| own().next_back()).cloned();
         row.ident = next.filter(|_| row.rides != "ride")?;
         Some(row)
     };

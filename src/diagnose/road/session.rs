@@ -321,13 +321,14 @@ pub fn diagnose(
     let model = extended_model(&identification, &ident, (logged, measured), bike, pipeline);
     let circumstances = Circumstances::from(&session.meta);
     let Prepared { start, calibration, .. } = prepared;
-    let identified = identification.named().map(|cause| (cause.candidate.name, cause.value()));
     let nominal = match &fitted.leaning {
-        Some(_) => {
-            let start = fitted.base.clone().starting_point(samples, ALL);
-            Nominal::alone(&start.base)
+        // comparisons are of the bike file's ratios
+        Some(_) => Nominal::alone(&fitted.base.clone().starting_point(samples, ALL).base),
+        None => {
+            let identified = identification.named();
+            let identified = identified.map(|cause| (cause.candidate.name, cause.value()));
+            Nominal::beside(&start.base, &identification.extended, identified, ALL)
         }
-        None => Nominal::beside(&start.base, &identification.extended, identified, ALL),
     };
     let (estimates, effect_traces) = estimates::estimates(samples, &nominal, ALL, &ident);
     Ok(RoadDiagnosis {
