@@ -255,7 +255,7 @@ mod tests {
             let mut ride = ride(5, k, &[]);
             put_trace(&mut ride, "latency", "drag", 0.1 * k as f64);
             put_trace(&mut ride, "wind", "drag", 0.4 - 0.1 * k as f64);
-            if k % 3 == 0 {
+            if k.is_multiple_of(3) {
                 put_trace(&mut ride, "latency", "radius_front", 2.0);
                 put_trace(&mut ride, "wind", "radius_front", 0.7);
             }
