@@ -1,6 +1,6 @@
 //! The rows of `changes` as a diagnosis last printed them: what is new differs from them.
 //!
-//! `changes` is written again by whoever finds it out of date: a batch, a reader after a killed batch, `forget`. Its rows are
+//! `changes` is written again wherever it is found out of date, by a batch, a reader after a killed batch, `forget`. Its rows are
 //! kept from then on until a diagnosis has printed what is new. So a night that is killed, stopped or fails loses no news.
 
 use std::collections::BTreeSet;
@@ -119,7 +119,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let root = Location::from(folder.path());
         let first: Vec<ChangeRow> = (1..=4).map(|day| row(day, "ride", "")).collect();
-        // nothing was printed yet, whoever writes first
+        // nothing was printed yet, by which writer does not matter
         assert!(write(&root, &first).is_empty() && write(&root, &first).is_empty());
         assert_eq!(kept(&root), Some(Vec::new()));
         clear(&root).expect("printed");
