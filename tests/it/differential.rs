@@ -166,7 +166,7 @@ fn the_ride_that_differs_has_its_cause() {
 fn news_outlasts_a_kill(archive: &Path, [before, after]: [&Path; 2]) {
     let killed = before.with_file_name("killed");
     copy_folder(after, &killed);
-    let [kept, changes] = [".roadbench/changes_printed.parquet", "changes/changes.parquet"];
+    let [kept, changes] = [".roadbench/changes.printed", "changes/changes.parquet"];
     assert!(!killed.join(kept).exists(), "the night was printed");
     std::fs::copy(before.join(changes), killed.join(changes)).expect("copied");
     for mark in [".roadbench/behind_diagnose", ".roadbench/switched_diagnose"] {

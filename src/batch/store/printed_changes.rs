@@ -12,8 +12,9 @@ use crate::store::objects::Location;
 use crate::store::tables::rows::{ChangeRow, Ident};
 use crate::store::tables::{file, read};
 
-/// The kept rows, below the output; absent while `changes` itself was the last to be printed.
-pub(crate) const PATH: &str = ".roadbench/changes_printed.parquet";
+/// The kept rows, below the output; absent while `changes` itself was the last to be printed. A Parquet file, but not by its
+/// name: it is no table for readers of `**/*.parquet`.
+pub(crate) const PATH: &str = ".roadbench/changes.printed";
 
 /// The rows of `changes` that an output has; of one without the table none. `None` with a warning where it cannot be read.
 pub(crate) fn standing(root: &Location) -> Option<Vec<ChangeRow>> {
