@@ -76,8 +76,8 @@ pub struct Zeros {
 const MIN_LATENCY: f64 = 1e-3;
 /// Largest latency that is looked for, s.
 const MAX_LATENCY: f64 = 0.4;
-/// Evidence, in squares of a standard deviation, from which a latency of more than a sample is one. Rides without braking have
-/// a best lag by chance: 129 ms with an evidence of 7 in one of three. A latency of 80 ms in a ride with stops has 1,300.
+/// Evidence, in squares of a standard deviation, below which a lag of more than a sample counts as chance. Rides without braking
+/// have a best lag by chance: 129 ms with an evidence of 7 in one of three. A latency of 80 ms in a ride with stops has 1,300.
 const FAR_EVIDENCE: f64 = 25.0;
 
 /// Rolling faster than this over 0.6 s the bike is about to turn, rad/s: then roll leads yaw, to
